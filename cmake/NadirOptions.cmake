@@ -1,0 +1,51 @@
+# How every target of this project is compiled. Nothing here is set globally but the output folder.
+option(NADIR_WARNINGS_AS_ERRORS "Stop at warnings" OFF)
+set(NADIR_SANITIZE "" CACHE STRING "Sanitizers to build with, for instance address,undefined")
+
+if(NOT CMAKE_BUILD_TYPE)
+  set(CMAKE_BUILD_TYPE Release CACHE STRING "" FORCE)
+endif()
+set(CMAKE_CXX_EXTENSIONS OFF)
+set(CMAKE_POSITION_INDEPENDENT_CODE ON)  # the image module and other people's shared libraries take our archives in
+
+# All programs lie side by side, since `nadir X` runs the program `nadir-X` beside it.
+set(CMAKE_RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR})
+
+find_program(NADIR_CCACHE ccache)
+if(NADIR_CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${NADIR_CCACHE})
+endif()
+
+add_library(nadir_options INTERFACE)
+target_compile_features(nadir_options INTERFACE cxx_std_20)
+# Fused multiply-add would make results differ between CPUs: the same steps must give the same bits.
+target_compile_options(nadir_options INTERFACE -Wall -Wextra -Wshadow -Wnon-virtual-dtor -ffp-contract=off)
+if(NADIR_WARNINGS_AS_ERRORS)
+  target_compile_options(nadir_options INTERFACE -Werror)
+endif()
+if(NADIR_SANITIZE)
+  target_compile_options(nadir_options INTERFACE -fsanitize=${NADIR_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
+  target_link_options(nadir_options INTERFACE -fsanitize=${NADIR_SANITIZE})
+endif()
+
+# nadir_library(<name> SOURCES <files> HEADERS <public headers> [PUBLIC <libs>] [PRIVATE <libs>])
+# A static library nadir_<name>, known as nadir::<name>, whose public headers lie in include/.
+function(nadir_library name)
+  cmake_parse_arguments(ARG "" "" "SOURCES;HEADERS;PUBLIC;PRIVATE" ${ARGN})
+  add_library(nadir_${name} STATIC ${ARG_SOURCES})
+  add_library(nadir::${name} ALIAS nadir_${name})
+  target_sources(nadir_${name} PUBLIC FILE_SET HEADERS BASE_DIRS include FILES ${ARG_HEADERS})
+  target_compile_features(nadir_${name} PUBLIC cxx_std_20)
+  target_link_libraries(nadir_${name} PUBLIC ${ARG_PUBLIC} PRIVATE ${ARG_PRIVATE} $<BUILD_INTERFACE:nadir_options>)
+  set_target_properties(nadir_${name} PROPERTIES EXPORT_NAME ${name})
+  set_property(GLOBAL APPEND PROPERTY NADIR_LIBRARIES nadir_${name})
+endfunction()
+
+# nadir_program(<name> SOURCES <files> LIBS <libs>): a program in the build folder, installed to bin.
+function(nadir_program name)
+  cmake_parse_arguments(ARG "" "" "SOURCES;LIBS" ${ARGN})
+  add_executable(${name} ${ARG_SOURCES})
+  target_link_libraries(${name} PRIVATE ${ARG_LIBS} nadir_options)
+  install(TARGETS ${name} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+endfunction()
+include(GNUInstallDirs)

@@ -1,0 +1,223 @@
+#include "describe.h"
+
+#include <fmt/format.h>
+#include <ogr_spatialref.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string_view>
+
+#include "gdal_dataset.h"
+#include "nadir/base/text.h"
+
+namespace nadir::tile {
+namespace {
+
+std::string metadata(GDALMajorObject& object, const char* key, const char* domain = nullptr) {
+  const char* value = object.GetMetadataItem(key, domain);
+  return value ? value : "";
+}
+
+std::string first_metadata(GDALDataset& dataset, std::initializer_list<const char*> keys) {
+  for (const char* key : keys)
+    if (auto value = metadata(dataset, key); !value.empty()) return value;
+  return {};
+}
+
+std::optional<SampleType> sample_type_of_band(GDALRasterBand& band) {
+  const GDALDataType type = band.GetRasterDataType();
+  if (GDALDataTypeIsComplex(type)) return std::nullopt;
+  switch (type) {
+    case GDT_Byte:
+      // Before version 3.7 GDAL hands out signed bytes as unsigned ones, with a note.
+      if (metadata(band, "PIXELTYPE", "IMAGE_STRUCTURE") == "SIGNEDBYTE") return std::nullopt;
+      return SampleType::UInt8;
+    case GDT_UInt16: return SampleType::UInt16;
+    case GDT_Int16: return SampleType::Int16;
+    default: break;
+  }
+  return std::string_view(GDALGetDataTypeName(type)) == "Int8" ? SampleType::Int16 : SampleType::Float32;
+}
+
+std::optional<double> nodata_of_band(GDALRasterBand& band) {
+  int there = 0;
+  double value = 0;
+  switch (band.GetRasterDataType()) {
+    case GDT_Int64: value = static_cast<double>(band.GetNoDataValueAsInt64(&there)); break;
+    case GDT_UInt64: value = static_cast<double>(band.GetNoDataValueAsUInt64(&there)); break;
+    default: value = band.GetNoDataValue(&there);
+  }
+  return there ? std::optional(value) : std::nullopt;
+}
+
+Band describe_band(GDALRasterBand& band) {
+  Band b;
+  b.name = band.GetDescription();
+  b.stored_type = GDALGetDataTypeName(band.GetRasterDataType());
+  b.sample_type = sample_type_of_band(band);
+  b.nodata = nodata_of_band(band);
+  b.color = GDALGetColorInterpretationName(band.GetColorInterpretation());
+  b.unit = band.GetUnitType();
+  b.scale = band.GetScale();
+  b.offset = band.GetOffset();
+  return b;
+}
+
+/// Levels of the first band; those that do not shrink both axes alike are left out, with a warning.
+std::vector<Level> describe_levels(GDALDataset& dataset, std::vector<int>& overview_of_level, std::vector<std::string>& warnings) {
+  GDALRasterBand& band = *dataset.GetRasterBand(1);
+  Level full{band.GetXSize(), band.GetYSize()};
+  band.GetBlockSize(&full.tile_width, &full.tile_height);
+  std::vector<std::pair<Level, int>> found;
+  for (int i = 0; i < band.GetOverviewCount(); ++i) {
+    GDALRasterBand* overview = band.GetOverview(i);
+    if (!overview) continue;
+    Level level{overview->GetXSize(), overview->GetYSize()};
+    level.texels_x = static_cast<double>(full.width) / level.width;
+    level.texels_y = static_cast<double>(full.height) / level.height;
+    overview->GetBlockSize(&level.tile_width, &level.tile_height);
+
+    // A size rounded by up to a texel moves the ratio by at most 1 / size.
+    const double aspect = level.texels_x / level.texels_y;
+    const double rounding = 1.0 / std::min(level.width, level.height);
+    const bool every_band = [&] {
+      for (int b = 2; b <= dataset.GetRasterCount(); ++b) {
+        GDALRasterBand* other = dataset.GetRasterBand(b)->GetOverview(i);
+        if (!other || other->GetXSize() != level.width || other->GetYSize() != level.height) return false;
+      }
+      return true;
+    }();
+    if (level.width > full.width || level.height > full.height || std::abs(aspect - 1) > 2 * rounding || !every_band) {
+      warnings.push_back(fmt::format("overview {} of {} x {} does not belong to this raster and is not used", i, level.width, level.height));
+      continue;
+    }
+    found.emplace_back(level, i);
+  }
+  std::stable_sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.first.width > b.first.width; });
+
+  std::vector<Level> levels = {full};
+  for (const auto& [level, index] : found) {
+    if (level.width == levels.back().width && level.height == levels.back().height) continue;
+    levels.push_back(level);
+    overview_of_level.push_back(index);
+  }
+  return levels;
+}
+
+ValiditySource describe_validity(GDALDataset& dataset) {
+  const int flags = dataset.GetRasterBand(1)->GetMaskFlags();
+  if (flags & GMF_ALPHA) return ValiditySource::Alpha;
+  if (flags & GMF_PER_DATASET) return ValiditySource::Mask;
+  if (flags & GMF_NODATA) return ValiditySource::Nodata;
+  return ValiditySource::None;
+}
+
+/// Empty, and why, where the raster cannot be placed on the Earth.
+std::optional<Georeference> describe_georeference(GDALDataset& dataset, std::string& problem) {
+  double g[6];
+  const bool placed = dataset.GetGeoTransform(g) == CE_None;
+  const OGRSpatialReference* crs = dataset.GetSpatialRef();
+  if (!placed || !crs) {
+    const bool control_points = dataset.GetGCPCount() > 0;
+    const bool rational = dataset.GetMetadata("RPC") != nullptr;
+    problem = control_points ? "only ground control points: warp it with gdalwarp first"
+              : rational     ? "only rational polynomial coefficients: warp it with gdalwarp -rpc first"
+              : placed       ? "no coordinate reference system: assign one with gdal_edit.py -a_srs"
+                             : "no geotransform: assign one with gdal_edit.py -a_srs CRS -a_ullr LEFT TOP RIGHT BOTTOM";
+    return std::nullopt;
+  }
+  Georeference where;
+  where.crs_from_texel.matrix() << g[1], g[2], g[0], g[4], g[5], g[3], 0, 0, 1;
+  const double determinant = where.crs_from_texel.linear().determinant();
+  if (!std::all_of(g, g + 6, [](double v) { return std::isfinite(v); }) || !(std::abs(determinant) > 1e-300)) {
+    problem = "its geotransform has no area";
+    return std::nullopt;
+  }
+  char* wkt = nullptr;
+  const char* const options[] = {"FORMAT=WKT2_2019", nullptr};
+  crs->exportToWkt(&wkt, options);
+  where.wkt = wkt ? wkt : "";
+  CPLFree(wkt);
+  const char *authority = crs->GetAuthorityName(nullptr), *code = crs->GetAuthorityCode(nullptr);
+  where.crs = authority && code ? fmt::format("{}:{}", authority, code) : crs->GetName() ? crs->GetName() : "unnamed";
+  return where;
+}
+
+void warn(MapDescription& map) {
+  const Level& full = map.levels.front();
+  const Level& coarsest = map.levels.back();
+  if (std::max(coarsest.width, coarsest.height) > 1024)
+    map.warnings.push_back(fmt::format("its coarsest level has {} x {} texels: frames that see much of it read much of it; `nadir build` adds levels",
+                                       coarsest.width, coarsest.height));
+  if (full.tile_width == full.width && full.width > 2048)
+    map.warnings.push_back("stored in rows, not in tiles: a small view reads whole rows; `nadir build` makes tiles");
+  for (std::size_t i = 0; i < map.bands.size(); ++i) {
+    const Band& band = map.bands[i];
+    const std::string label = fmt::format("band {}", i + 1);
+    if (!band.sample_type)
+      map.warnings.push_back(fmt::format("{} has type {}, which is not rendered", label, band.stored_type));
+    else if (*band.sample_type == SampleType::Float32 && band.stored_type != "Float32")
+      map.warnings.push_back(fmt::format("{} of type {} is read as float32, exact to 24 bits", label, band.stored_type));
+    if (band.color == "Palette")
+      map.warnings.push_back(fmt::format("{} holds palette indices: render it with role labels, or expand it with gdal_translate -expand rgb", label));
+    if (band.scale != 1 || band.offset != 0)
+      map.warnings.push_back(fmt::format("{} has scale {} and offset {}: frames hold stored values", label, band.scale, band.offset));
+    const bool integral = band.sample_type && *band.sample_type != SampleType::Float32;
+    if (integral && band.nodata && *band.nodata != std::floor(*band.nodata))
+      map.warnings.push_back(fmt::format("{} of type {} can never hold its nodata value {}", label, band.stored_type, *band.nodata));
+  }
+  if (!map.georeference) map.warnings.push_back("cannot be rendered: " + map.georeference_problem);
+}
+
+}  // namespace
+
+MapDescription describe_dataset(GDALDataset& dataset, const std::string& path, std::vector<int>& overview_of_level) {
+  MapDescription map;
+  map.path = path;
+  map.format = dataset.GetDriver() ? dataset.GetDriver()->GetDescription() : "";
+  map.layout = metadata(dataset, "LAYOUT", "IMAGE_STRUCTURE");
+  map.compression = metadata(dataset, "COMPRESSION", "IMAGE_STRUCTURE");
+  for (int b = 1; b <= dataset.GetRasterCount(); ++b) map.bands.push_back(describe_band(*dataset.GetRasterBand(b)));
+  map.levels = describe_levels(dataset, overview_of_level, map.warnings);
+  map.validity = describe_validity(dataset);
+  map.georeference = describe_georeference(dataset, map.georeference_problem);
+  map.acquired = first_metadata(dataset, {"NADIR_ACQUIRED", "ACQUISITIONDATETIME", "TIFFTAG_DATETIME"});
+  map.attribution = first_metadata(dataset, {"NADIR_ATTRIBUTION", "TIFFTAG_COPYRIGHT"});
+  map.licence = first_metadata(dataset, {"NADIR_LICENCE"});
+  map.role = first_metadata(dataset, {"NADIR_ROLE"});
+  warn(map);
+  return map;
+}
+
+Result<MapDescription> describe(const std::string& path) {
+  auto dataset = open_raster(path);
+  if (!dataset) return fail(dataset);
+  const GdalMessages messages;
+  std::vector<int> overview_of_level;
+  MapDescription map = describe_dataset(**dataset, path, overview_of_level);
+  if (const std::string note = messages.first(); !note.empty()) map.warnings.push_back(note);
+  return map;
+}
+
+std::vector<int> MapDescription::data_bands() const {
+  std::vector<int> numbers;
+  for (std::size_t i = 0; i < bands.size(); ++i)
+    if (bands[i].color != "Alpha") numbers.push_back(static_cast<int>(i) + 1);
+  return numbers;
+}
+
+Result<int> MapDescription::find_band(const std::string& name) const {
+  std::vector<std::string_view> known;
+  for (std::size_t i = 0; i < bands.size(); ++i) {
+    if (bands[i].name == name && !name.empty()) return static_cast<int>(i) + 1;
+    if (!bands[i].name.empty()) known.push_back(bands[i].name);
+  }
+  const auto number = parse_number(name);
+  if (number && *number == std::floor(*number) && *number >= 1 && *number <= static_cast<double>(bands.size()))
+    return static_cast<int>(*number);
+  return fail(Error::Kind::NotFound, fmt::format("{}: no band '{}': it has bands 1 to {}{}", path, name, bands.size(),
+                                                 known.empty() ? "" : suggestion(name, known)));
+}
+
+}  // namespace nadir::tile
