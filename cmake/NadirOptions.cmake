@@ -19,7 +19,8 @@ endif()
 add_library(nadir_options INTERFACE)
 target_compile_features(nadir_options INTERFACE cxx_std_20)
 # Fused multiply-add would make results differ between CPUs: the same steps must give the same bits.
-target_compile_options(nadir_options INTERFACE -Wall -Wextra -Wshadow -Wnon-virtual-dtor -ffp-contract=off)
+target_compile_options(nadir_options INTERFACE -Wall -Wextra -Wshadow -Wnon-virtual-dtor -Wno-missing-field-initializers
+                       -ffp-contract=off)
 if(NADIR_WARNINGS_AS_ERRORS)
   target_compile_options(nadir_options INTERFACE -Werror)
 endif()

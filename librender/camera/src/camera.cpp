@@ -1,0 +1,41 @@
+#include "nadir/render/camera.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+namespace nadir::render {
+
+Result<Camera> Camera::pinhole(int width_px, int height_px, double fx_px, double fy_px, double cx_px, double cy_px) {
+  constexpr int largest = 65536;
+  if (width_px < 1 || height_px < 1 || width_px > largest || height_px > largest)
+    return fail(Error::Kind::Malformed, fmt::format("camera: expected an image of 1 to {} pixels a side, found {} x {}", largest, width_px, height_px));
+  if (!(fx_px > 0) || !(fy_px > 0) || !std::isfinite(fx_px) || !std::isfinite(fy_px))
+    return fail(Error::Kind::Malformed, fmt::format("camera: expected positive focal lengths in pixels, found {} and {}", fx_px, fy_px));
+  if (!std::isfinite(cx_px) || !std::isfinite(cy_px))
+    return fail(Error::Kind::Malformed, "camera: expected a finite principal point");
+  Camera camera;
+  camera.width_px_ = width_px;
+  camera.height_px_ = height_px;
+  camera.focal_px_ = {fx_px, fy_px};
+  camera.principal_point_px_ = {cx_px, cy_px};
+  return camera;
+}
+
+Eigen::Matrix3d Camera::ray_from_image() const {
+  Eigen::Matrix3d m;
+  m << 1 / focal_px_.x(), 0, -principal_point_px_.x() / focal_px_.x(),  //
+      0, 1 / focal_px_.y(), -principal_point_px_.y() / focal_px_.y(),   //
+      0, 0, 1;
+  return m;
+}
+
+Eigen::Matrix3d Camera::ros_camera_matrix() const {
+  Eigen::Matrix3d k;
+  k << focal_px_.x(), 0, principal_point_px_.x() - 0.5,  //
+      0, focal_px_.y(), principal_point_px_.y() - 0.5,   //
+      0, 0, 1;
+  return k;
+}
+
+}  // namespace nadir::render

@@ -1,0 +1,73 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "nadir/render/exact_chain.h"
+#include "nadir/render/homography.h"
+
+namespace nadir::render {
+
+/// A rectangle of pixels, [x, x + width) by [y, y + height).
+struct PixelRect {
+  int x = 0, y = 0, width = 0, height = 0;
+};
+
+/// A rectangle of the plane, metres east and north of the scene origin; everything where unbounded.
+struct PlaneExtent {
+  Eigen::AlignedBox2d box;
+  bool bounded = true;
+};
+
+/// Part of an image with one way from its pixels to CRS coordinates.
+struct Patch {
+  enum class Kind {
+    Homography,  // within the tolerance
+    PerPixel,    // the exact chain at each pixel centre
+    NoGround,    // every pixel sees sky
+    OffMap,      // every pixel sees ground that no map covers
+  };
+  PixelRect rect;
+  Kind kind = Kind::NoGround;
+
+  // Homography: crs = crs_origin + apply(crs_from_image, image - corner of rect). Both offsets are small, so that eastings
+  // of millions of metres cost no digits.
+  Eigen::Matrix3d crs_from_image = Eigen::Matrix3d::Identity();
+  Eigen::Vector2d crs_origin = Eigen::Vector2d::Zero();
+  double error_px = 0;  // greatest backward error found at the points checked
+
+  // PerPixel: CRS coordinates at the pixel centres, rows from the top; NaN where no ground is seen.
+  std::vector<Eigen::Vector2d> crs;
+
+  Eigen::Vector2d corner() const { return {rect.x, rect.y}; }
+};
+
+/// The way from an image's pixels to a CRS, as patches that tile the image.
+struct PatchMapping {
+  std::vector<Patch> patches;
+  double tolerance_px = 0;
+  double error_px = 0;              // greatest of the patches'
+  std::int64_t exact_points = 0;    // evaluations of the exact chain it took
+};
+
+/// Side of the smallest patch: below it the exact chain is as cheap as checking an approximation.
+inline constexpr int smallest_patch_px = 8;
+/// Patches above this size are cut at multiples of it, so that blocks of that size lie in one patch.
+inline constexpr int block_px = 64;
+
+/// Maps the image to `projection`'s CRS within `tolerance_px` of backward error: the distance, in the image, between a pixel
+/// and the exact projection of the ground point used for it.
+///
+/// One homography through the corners where that holds; else the image is cut in halves until it does. Each is checked
+/// against the exact chain at its centre, its edges' middles and the quarter points, where the difference of a smooth mapping
+/// from the homography through its corners peaks, with half the tolerance as margin for peaks between them.
+/// `extents`: where the maps are, for leaving out what sees none of them; nothing is left out where it is empty.
+PatchMapping map_patches(const ExactChain& chain, const geodesy::Projection& projection, double tolerance_px,
+                         const std::vector<PlaneExtent>& extents);
+
+/// Where a rectangle of CRS coordinates lies on the plane, with 1 % added to each side: its outline's bounds.
+PlaneExtent plane_extent(const Plane& plane, const geodesy::Projection& projection, const Eigen::Affine2d& crs_from_texel,
+                         double width, double height);
+
+}  // namespace nadir::render

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "nadir/render/patches.h"
+#include "nadir/render/quality.h"
+#include "nadir/render/sample_block.h"
+
+namespace nadir::render {
+
+/// A block of pixels of one layer, ready to be sampled once its cells are pinned.
+struct PlannedBlock {
+  PixelRect rect;
+  BlockSampling sampling;               // but for its levels, which exist once their cells are pinned
+  std::vector<LevelWindow> windows;     // but for their cells
+  std::vector<Eigen::Vector2d> texels;  // of a per-pixel block; sampling.texels refers to them
+  bool undersampled = false;            // some pixel spans more texels than it takes samples of
+};
+
+/// How one layer of a frame will be made. What sees nothing has no block.
+struct LayerPlan {
+  std::vector<PlannedBlock> blocks;
+  std::int64_t pixels_sampled = 0, samples = 0;    // bilinear samples, each of one or two levels
+  std::int64_t pixels_no_ground = 0, pixels_off_map = 0;
+  int finest_level = 0, coarsest_level = 0;        // that any block may sample
+  bool undersampled = false;                       // some block is: the map has too few levels for this view
+};
+
+/// Samples taken at most along one side of a pixel. A map with levels never needs as many.
+inline constexpr int most_samples_a_side = 16;
+inline constexpr int most_reference_samples_a_side = 256;
+
+/// Cuts the mapping's patches into blocks of at most `block_px` a side and finds for each what it samples: the levels
+/// from the footprint at its corners, and the cells that its outline may touch.
+LayerPlan plan_layer(const PatchMapping& mapping, const tile::CellSource& source, const Sampling& sampling);
+
+}  // namespace nadir::render

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <string_view>
+
+#include "nadir/base/result.h"
+
+namespace nadir::render {
+
+/// How a pixel becomes a value.
+enum class Filter {
+  Nearest,    // the texel at the pixel's centre: for labels, which are never blended
+  Bilinear,   // one bilinear sample on the level nearest to the footprint's size
+  Mip,        // bilinear samples along the footprint, each blended between the two levels around its size
+  Reference,  // bilinear samples of level 0, at least two a texel: the definition of the right picture; slow
+};
+std::string_view to_string(Filter filter);
+Result<Filter> parse_filter(std::string_view text);
+
+/// Points on the curve of error against run time.
+enum class Quality {
+  draft,     // Bilinear
+  balanced,  // Mip, one sample across the footprint's shorter axis
+  best,      // Mip, two samples across it
+};
+std::string_view to_string(Quality quality);
+Result<Quality> parse_quality(std::string_view text);
+
+/// What a quality means for a layer; a filter may be forced.
+struct Sampling {
+  Filter filter = Filter::Mip;
+  double oversampling = 1;  // samples across the footprint's shorter axis
+};
+Sampling sampling_for(Quality quality);
+
+}  // namespace nadir::render

@@ -1,0 +1,260 @@
+#include "nadir/render/layer_plan.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "nadir/base/text.h"
+#include "nadir/render/level_of_detail.h"
+
+namespace nadir::render {
+namespace {
+
+constexpr std::array<std::string_view, 4> filter_names = {"nearest", "bilinear", "mip", "reference"};
+constexpr std::array<std::string_view, 3> quality_names = {"draft", "balanced", "best"};
+
+/// More cells than this and a block is cut.
+constexpr std::int64_t most_cells_a_block = 16;
+
+class LayerPlanner {
+ public:
+  LayerPlanner(const tile::CellSource& source, const Sampling& sampling)
+      : map_(source.map()), sampling_(sampling), map_size_(map_.width(), map_.height()) {
+    const auto& coarsest = map_.levels().back();
+    coarsest_texels_ = std::sqrt(coarsest.texels_x * coarsest.texels_y);
+    plan_.finest_level = static_cast<int>(map_.levels().size());
+  }
+
+  void add(const Patch& patch) {
+    const std::int64_t pixels = static_cast<std::int64_t>(patch.rect.width) * patch.rect.height;
+    switch (patch.kind) {
+      case Patch::Kind::NoGround: plan_.pixels_no_ground += pixels; break;
+      case Patch::Kind::OffMap: plan_.pixels_off_map += pixels; break;
+      case Patch::Kind::PerPixel: add_per_pixel(patch); break;
+      case Patch::Kind::Homography: cut(patch, patch.rect); break;
+    }
+  }
+
+  LayerPlan take() {
+    if (plan_.blocks.empty()) plan_.finest_level = 0;
+    return std::move(plan_);
+  }
+
+ private:
+  /// Along the frame's grid of blocks
+  void cut(const Patch& patch, const PixelRect& rect) {
+    for (int y = rect.y; y < rect.y + rect.height;) {
+      const int next_y = std::min(rect.y + rect.height, (y / block_px + 1) * block_px);
+      for (int x = rect.x; x < rect.x + rect.width;) {
+        const int next_x = std::min(rect.x + rect.width, (x / block_px + 1) * block_px);
+        add_homography(patch, {x, y, next_x - x, next_y - y});
+        x = next_x;
+      }
+      y = next_y;
+    }
+  }
+
+  void add_homography(const Patch& patch, const PixelRect& rect) {
+    PlannedBlock block;
+    block.rect = rect;
+    BlockSampling& s = block.sampling;
+
+    // Compose pixel -> CRS with CRS -> texel, counted from this block's corner.
+    const Eigen::Affine2d& texel_from_crs = map_.texel_from_crs();
+    Eigen::Matrix3d to_patch = Eigen::Matrix3d::Identity();
+    to_patch.topRightCorner<2, 1>() = Eigen::Vector2d(rect.x, rect.y) - patch.corner();
+    s.texel_from_image = patch.crs_from_image * to_patch;
+    s.texel_from_image.topRows<2>() = (texel_from_crs.linear() * s.texel_from_image.topRows<2>()).eval();
+    s.texel_origin = texel_from_crs * patch.crs_origin;
+
+    const double w = rect.width, h = rect.height;
+    const std::array<Eigen::Vector2d, 4> corners = {Eigen::Vector2d(0, 0), {w, 0}, {w, h}, {0, h}};
+    Eigen::AlignedBox2d bounds;
+    for (const auto& corner : corners) bounds.extend(s.texel_origin + apply(s.texel_from_image, corner));
+    for (std::size_t i = 0; i < 4; ++i) choose_level(block, i, jacobian(s.texel_from_image, corners[i]));
+    if (place(block, bounds)) return;
+
+    for (const PixelRect& half : halves(rect)) add_homography(patch, half);
+  }
+
+  void add_per_pixel(const Patch& patch) {
+    std::vector<Eigen::Vector2d> texels = patch.crs;
+    for (auto& p : texels) p = map_.texel_from_crs() * p;
+    // A footprint without bound has the coarsest level, the honest answer at the horizon.
+    add_texels(patch.rect, std::move(texels), Eigen::Matrix2d::Identity() * coarsest_texels_);
+  }
+
+  /// `texels`: of the pixel centres of `rect`, NaN where no ground is seen; `footprint`: for want of a better.
+  void add_texels(const PixelRect& rect, std::vector<Eigen::Vector2d> texels, Eigen::Matrix2d footprint) {
+    const auto at = [&](int x, int y) -> const Eigen::Vector2d& { return texels[static_cast<std::size_t>(y * rect.width + x)]; };
+    Eigen::AlignedBox2d bounds;
+    std::int64_t seen = 0;
+    for (const auto& p : texels) {
+      if (!p.allFinite()) continue;
+      bounds.extend(p);
+      ++seen;
+    }
+    if (seen == 0) {
+      plan_.pixels_no_ground += static_cast<std::int64_t>(texels.size());
+      return;
+    }
+    // One Jacobian for all, from the first pixel whose neighbours see ground
+    bool found = false;
+    for (int y = 0; y + 1 < rect.height && !found; ++y) {
+      for (int x = 0; x + 1 < rect.width && !found; ++x) {
+        Eigen::Matrix2d j;
+        j << at(x + 1, y) - at(x, y), at(x, y + 1) - at(x, y);
+        found = j.allFinite();
+        if (found) footprint = j;
+      }
+    }
+    const Eigen::Vector2d reach = footprint.cwiseAbs().rowwise().sum() / 2;
+    bounds.min() -= reach;
+    bounds.max() += reach;
+
+    PlannedBlock block;
+    block.rect = rect;
+    block.texels = texels;
+    block.sampling.jacobian = footprint;
+    for (std::size_t i = 0; i < 4; ++i) choose_level(block, i, footprint);
+    if (place(block, bounds)) return;
+    for (const PixelRect& half : halves(rect)) {
+      std::vector<Eigen::Vector2d> part;
+      for (int y = half.y; y < half.y + half.height; ++y)
+        for (int x = half.x; x < half.x + half.width; ++x) part.push_back(at(x - rect.x, y - rect.y));
+      add_texels(half, std::move(part), footprint);
+    }
+  }
+
+  static std::array<PixelRect, 2> halves(const PixelRect& rect) {
+    PixelRect first = rect, second = rect;
+    const bool wide = rect.width >= rect.height;
+    const int half = (wide ? rect.width : rect.height) / 2;
+    (wide ? first.width : first.height) = half;
+    (wide ? second.x : second.y) += half;
+    (wide ? second.width : second.height) -= half;
+    return {first, second};
+  }
+
+  void choose_level(PlannedBlock& block, std::size_t corner, const Eigen::Matrix2d& j) {
+    BlockSampling& s = block.sampling;
+    const auto& levels = map_.levels();
+    if (sampling_.filter == Filter::Nearest || sampling_.filter == Filter::Bilinear) {
+      s.level_at_corner[corner] = level_coordinate(levels, footprint_side(j));
+      return;
+    }
+    SamplePattern pattern;
+    int most = most_samples_a_side;
+    if (sampling_.filter == Filter::Reference) {
+      most = most_reference_samples_a_side;
+      pattern = {1, 2 * j.col(0).norm(), 2 * j.col(1).norm()};
+    } else {
+      pattern = footprint_samples(j, sampling_.oversampling, most_samples_a_side, coarsest_texels_);
+      s.level_at_corner[corner] = level_coordinate(levels, pattern.texels);
+    }
+    // A third of a sample too few blurs less than the eye sees; one too many costs as much as the first.
+    const auto count = [&](double wanted) {
+      const double least = std::ceil(wanted - 0.3);
+      block.undersampled = block.undersampled || least > most;
+      return static_cast<int>(std::clamp(least, 1.0, static_cast<double>(most)));
+    };
+    s.samples_x = std::max(s.samples_x, count(pattern.samples_x));
+    s.samples_y = std::max(s.samples_y, count(pattern.samples_y));
+  }
+
+  /// Finds the levels and cells of a block whose texels lie within `bounds`, and adds it. False where they are too many:
+  /// near the horizon an outline spans much that its pixels do not sample.
+  bool place(PlannedBlock& block, const Eigen::AlignedBox2d& bounds) {
+    BlockSampling& s = block.sampling;
+    const Eigen::AlignedBox2d map(Eigen::Vector2d::Zero(), map_size_);
+    const std::int64_t pixels = static_cast<std::int64_t>(block.rect.width) * block.rect.height;
+    if (!map.intersects(bounds)) {
+      plan_.pixels_off_map += pixels;
+      return true;
+    }
+    s.inside = block.texels.empty() && map.contains(bounds);
+    s.map_width = map_size_.x();
+    s.map_height = map_size_.y();
+    s.width = block.rect.width;
+    s.height = block.rect.height;
+    s.nearest = sampling_.filter == Filter::Nearest;
+
+    auto [low, high] = std::minmax_element(s.level_at_corner.begin(), s.level_at_corner.end());
+    double finest = *low, coarsest = *high;
+    if (sampling_.filter == Filter::Bilinear) {  // one level a block
+      finest = coarsest = std::floor(finest / 2 + coarsest / 2 + 0.5);
+      s.level_at_corner.fill(finest);
+    }
+    const bool blended = sampling_.filter == Filter::Mip;
+    const int first = static_cast<int>(std::floor(blended ? finest : finest + 0.5));
+    const int last = std::min(static_cast<int>(blended ? std::ceil(coarsest) : std::floor(coarsest + 0.5)), static_cast<int>(map_.levels().size()) - 1);
+
+    // A texel to each side for the bilinear footprint, and one for what a step's linear offsets miss
+    constexpr double margin = 2;
+    std::int64_t cells = 0;
+    const Eigen::AlignedBox2d seen = map.intersection(bounds);
+    for (int k = first; k <= last; ++k) {
+      const tile::Level& level = map_.levels()[static_cast<std::size_t>(k)];
+      const auto cell_of = [](double texel, std::int32_t size) {
+        return static_cast<std::int32_t>(std::clamp(std::floor(texel), 0.0, size - 1.0)) >> tile::cell_size_log2;
+      };
+      LevelWindow window{k, level.texels_x, level.texels_y};
+      window.first_col = cell_of(seen.min().x() / level.texels_x - margin, level.width);
+      window.first_row = cell_of(seen.min().y() / level.texels_y - margin, level.height);
+      window.cols = cell_of(seen.max().x() / level.texels_x + margin, level.width) - window.first_col + 1;
+      window.rows = cell_of(seen.max().y() / level.texels_y + margin, level.height) - window.first_row + 1;
+      cells += static_cast<std::int64_t>(window.cols) * window.rows;
+      block.windows.push_back(window);
+    }
+    if (cells > most_cells_a_block && pixels > 1) return false;
+
+    plan_.finest_level = std::min(plan_.finest_level, first);
+    plan_.coarsest_level = std::max(plan_.coarsest_level, last);
+    plan_.pixels_sampled += pixels;
+    plan_.samples += pixels * s.samples_x * s.samples_y;
+    plan_.undersampled = plan_.undersampled || block.undersampled;
+    plan_.blocks.push_back(std::move(block));
+    return true;
+  }
+
+  const tile::Map& map_;
+  const Sampling& sampling_;
+  const Eigen::Vector2d map_size_;
+  double coarsest_texels_ = 1;
+  LayerPlan plan_;
+};
+
+template <class Enum, std::size_t N>
+Result<Enum> parse_name(std::string_view what, std::string_view text, const std::array<std::string_view, N>& names) {
+  for (std::size_t i = 0; i < N; ++i)
+    if (names[i] == text) return static_cast<Enum>(i);
+  return fail(Error::Kind::Malformed, fmt::format("unknown {} '{}'{}", what, text, suggestion(text, names)));
+}
+
+}  // namespace
+
+LayerPlan plan_layer(const PatchMapping& mapping, const tile::CellSource& source, const Sampling& sampling) {
+  LayerPlanner planner(source, sampling);
+  for (const Patch& patch : mapping.patches) planner.add(patch);
+  LayerPlan plan = planner.take();
+  for (PlannedBlock& block : plan.blocks) block.sampling.texels = block.texels;  // the vectors have come to rest
+  return plan;
+}
+
+std::string_view to_string(Filter filter) { return filter_names[static_cast<std::size_t>(filter)]; }
+std::string_view to_string(Quality quality) { return quality_names[static_cast<std::size_t>(quality)]; }
+Result<Filter> parse_filter(std::string_view text) { return parse_name<Filter>("filter", text, filter_names); }
+Result<Quality> parse_quality(std::string_view text) { return parse_name<Quality>("quality", text, quality_names); }
+
+Sampling sampling_for(Quality quality) {
+  switch (quality) {
+    case Quality::draft: return {Filter::Bilinear, 1};
+    case Quality::best: return {Filter::Mip, 2};
+    case Quality::balanced: break;
+  }
+  return {Filter::Mip, 1};
+}
+
+}  // namespace nadir::render

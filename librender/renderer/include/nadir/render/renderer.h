@@ -1,0 +1,58 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+
+#include "nadir/render/camera.h"
+#include "nadir/render/frame.h"
+#include "nadir/render/mount.h"
+#include "nadir/render/quality.h"
+#include "nadir/render/scene.h"
+#include "nadir/tile/cell_cache.h"
+
+namespace nadir::render {
+
+/// What happens where a frame sees what no map covers.
+enum class OffMap {
+  mask,    // those pixels are marked invalid; of float layers they are NaN, else 0
+  fill,    // those pixels get a value
+  reject,  // no frame: Error::OutsideMap, where a corner of the image is off a map
+};
+std::string_view to_string(OffMap off_map);
+Result<OffMap> parse_off_map(std::string_view text);
+
+struct RenderOptions {
+  Quality quality = Quality::balanced;
+  std::optional<Filter> filter;        // instead of the quality's; labels are always sampled nearest
+  double geometry_tolerance_px = 0.05;  // backward error, in (0, 1]
+  OffMap off_map = OffMap::mask;
+  double fill_value = 0;  // with OffMap::fill
+  bool explain = false;   // fill in Frame::explanation
+};
+
+struct RendererOptions {
+  std::uint64_t cache_bytes = 256ull << 20;  // for decoded map tiles, GDAL's among them; pinned ones count
+  int threads = 0;                           // 0: as many as the machine has
+};
+
+/// Renders frames, keeping what it read of maps for the next one.
+/// Thread-safe: frames rendered at the same time share the budget.
+class Renderer {
+ public:
+  explicit Renderer(const RendererOptions& options = {});
+  ~Renderer();
+  Renderer(Renderer&&) noexcept;
+  Renderer& operator=(Renderer&&) noexcept;
+
+  /// One frame with all layers of the scene. The same bytes for any thread count, budget and history.
+  Result<Frame> render(const Scene& scene, const Camera& camera, const CameraPose& ecef_from_camera, const RenderOptions& options = {});
+
+  tile::CacheCounters cache_counters() const;
+
+ private:
+  struct Engine;
+  std::unique_ptr<Engine> engine_;
+};
+
+}  // namespace nadir::render

@@ -1,0 +1,113 @@
+#include "pass.h"
+
+#include <fmt/format.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <optional>
+
+#include "nadir/base/text.h"
+
+namespace nadir::render {
+namespace {
+
+struct WantedCell {
+  tile::CellKey key;
+  const tile::CellSource* source;
+  friend bool operator==(const WantedCell& a, const WantedCell& b) { return a.key == b.key; }
+  friend bool operator<(const WantedCell& a, const WantedCell& b) { return a.key < b.key; }
+};
+
+template <class Visit>
+void for_each_cell(const LevelWindow& window, Visit&& visit) {
+  for (std::int32_t row = 0; row < window.rows; ++row)
+    for (std::int32_t col = 0; col < window.cols; ++col) visit(window.first_col + col, window.first_row + row);
+}
+
+void sort_unique(std::vector<WantedCell>& cells) {
+  std::sort(cells.begin(), cells.end());
+  cells.erase(std::unique(cells.begin(), cells.end()), cells.end());
+}
+
+std::vector<WantedCell> cells_of(std::span<const WorkItem> items) {
+  std::vector<WantedCell> cells;
+  for (const WorkItem& item : items)
+    for (const LevelWindow& window : item.block->windows)
+      for_each_cell(window, [&](std::int32_t col, std::int32_t row) {
+        cells.push_back({{item.source->id(), window.level, col, row}, item.source});
+      });
+  sort_unique(cells);
+  return cells;
+}
+
+/// Samples a block from pinned cells, which are sorted by address.
+void sample(const WorkItem& item, const std::vector<WantedCell>& wanted, const std::vector<tile::CellPtr>& pinned) {
+  BlockSampling sampling = item.block->sampling;
+  std::vector<LevelWindow> windows = item.block->windows;
+  std::vector<std::vector<const tile::Cell*>> cells(windows.size());
+  for (std::size_t i = 0; i < windows.size(); ++i) {
+    for_each_cell(windows[i], [&](std::int32_t col, std::int32_t row) {
+      const WantedCell address{{item.source->id(), windows[i].level, col, row}, item.source};
+      const auto at = std::lower_bound(wanted.begin(), wanted.end(), address) - wanted.begin();
+      cells[i].push_back(pinned[static_cast<std::size_t>(at)].get());
+      sampling.masked = sampling.masked || !cells[i].back()->all_valid;
+    });
+    windows[i].cells = cells[i];
+  }
+  sampling.levels = windows;
+  const PixelRect& rect = item.block->rect;
+  const std::size_t first = static_cast<std::size_t>(rect.y) * item.stride_px + static_cast<std::size_t>(rect.x);
+  const std::size_t pixel_bytes = item.source->bands().size() * tile::size_bytes(item.source->type());
+  sample_block(sampling, *item.source, static_cast<std::byte*>(item.samples) + first * pixel_bytes, item.validity + first, item.stride_px);
+}
+
+}  // namespace
+
+Result<void> run_passes(std::span<const WorkItem> items, tile::CellCache& cache, FrameCounters& counters) {
+  if (items.empty()) return {};
+  const std::vector<WantedCell> wanted = cells_of(items);
+  std::uint64_t bytes = 0;
+  for (const WantedCell& cell : wanted) bytes += cell.source->cell_bytes();
+
+  const bool one_block = items.size() == 1;
+  const auto in_halves = [&]() -> Result<void> {
+    if (auto ok = run_passes(items.first(items.size() / 2), cache, counters); !ok) return ok;
+    return run_passes(items.subspan(items.size() / 2), cache, counters);
+  };
+  if (bytes > cache.budget_bytes()) {
+    if (!one_block) return in_halves();
+    return fail(Error::Kind::OverBudget,
+                fmt::format("{}: a block of {} x {} pixels needs map tiles of {}, and the cache may hold {}: allow more memory", items[0].source->map().description().path,
+                            items[0].block->rect.width, items[0].block->rect.height, format_bytes(bytes), format_bytes(cache.budget_bytes())));
+  }
+
+  std::vector<tile::CellPtr> pinned(wanted.size());
+  std::vector<std::optional<Error>> errors(wanted.size());
+  tbb::parallel_for(std::size_t{0}, wanted.size(), [&](std::size_t i) {
+    const tile::CellKey& key = wanted[i].key;
+    if (auto cell = cache.get(*wanted[i].source, key.level, key.col, key.row))
+      pinned[i] = std::move(*cell);
+    else
+      errors[i] = cell.error();
+  });
+  for (const auto& error : errors) {  // the first in order, whichever thread met it
+    if (!error) continue;
+    pinned.clear();
+    if (error->kind == Error::Kind::OverBudget && !one_block) return in_halves();
+    return tl::unexpected(*error);
+  }
+  tbb::parallel_for(std::size_t{0}, items.size(), [&](std::size_t i) { sample(items[i], wanted, pinned); });
+  ++counters.passes;
+  return {};
+}
+
+std::int64_t count_cells(const LayerPlan& plan) {
+  std::vector<WantedCell> cells;
+  for (const PlannedBlock& block : plan.blocks)
+    for (const LevelWindow& window : block.windows)
+      for_each_cell(window, [&](std::int32_t col, std::int32_t row) { cells.push_back({{0, window.level, col, row}, nullptr}); });
+  sort_unique(cells);
+  return static_cast<std::int64_t>(cells.size());
+}
+
+}  // namespace nadir::render

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "nadir/render/frame.h"
+#include "nadir/render/layer_plan.h"
+#include "nadir/tile/cell_cache.h"
+
+namespace nadir::render {
+
+/// A block to be sampled, with where its pixels go.
+struct WorkItem {
+  const PlannedBlock* block;
+  const tile::CellSource* source;
+  void* samples;            // the frame layer's first
+  std::uint8_t* validity;   // the frame layer's first
+  std::size_t stride_px;
+};
+
+/// Pins the cells of `items`, then samples them in parallel; where the cells do not fit the cache at once, in several passes.
+/// Adds what it took to `counters`.
+Result<void> run_passes(std::span<const WorkItem> items, tile::CellCache& cache, FrameCounters& counters);
+
+/// Cells that the blocks of a layer may sample, each counted once.
+std::int64_t count_cells(const LayerPlan& plan);
+
+}  // namespace nadir::render

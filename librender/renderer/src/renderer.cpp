@@ -1,0 +1,211 @@
+#include "nadir/render/renderer.h"
+
+#include <fmt/format.h>
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <limits>
+
+#include "explain.h"
+#include "nadir/base/text.h"
+#include "pass.h"
+
+namespace nadir::render {
+namespace {
+
+constexpr std::array<std::string_view, 3> off_map_names = {"mask", "fill", "reject"};
+
+struct WorkTotals {
+  std::int64_t projection_points = 0, windows_read = 0, samples_read = 0;
+};
+
+/// Of all maps of a scene, each counted once however many layers it has.
+WorkTotals totals(const Scene& scene) {
+  WorkTotals t;
+  std::vector<const tile::MapDescription*> seen;
+  for (const Layer& layer : scene.layers()) {
+    const tile::Map& map = layer.source->map();
+    if (std::find(seen.begin(), seen.end(), &map.description()) != seen.end()) continue;
+    seen.push_back(&map.description());
+    t.projection_points += map.projection().library_points();
+    t.windows_read += map.counters().windows_read;
+    t.samples_read += map.counters().samples_read;
+  }
+  return t;
+}
+
+Result<CameraPose> checked(const CameraPose& pose) {
+  const double length = pose.rotation.norm();
+  if (!pose.origin.allFinite() || !(std::abs(length - 1) < 1e-3))
+    return fail(Error::Kind::Malformed, fmt::format("pose: expected a finite position and a unit quaternion, found a length of {}", length));
+  return CameraPose{pose.rotation.normalized(), pose.origin};
+}
+
+/// What invalid pixels hold.
+void finish_invalid(FrameLayer& layer, const RenderOptions& options) {
+  const bool fill = options.off_map == OffMap::fill;
+  tile::with_sample_type(layer.type, [&]<class T>(T) {
+    T value{};
+    if constexpr (std::is_floating_point_v<T>)
+      value = fill ? static_cast<T>(options.fill_value) : std::numeric_limits<T>::quiet_NaN();
+    else if (fill)
+      value = static_cast<T>(std::clamp<double>(options.fill_value, std::numeric_limits<T>::min(), std::numeric_limits<T>::max()));
+    T* samples = reinterpret_cast<T*>(layer.samples.data());
+    const auto bands = static_cast<std::size_t>(layer.bands);
+    for (std::size_t i = 0; i < layer.validity.size(); ++i)
+      if (!layer.validity[i]) std::fill_n(samples + i * bands, bands, value);
+  });
+}
+
+Result<void> check_options(const RenderOptions& options) {
+  if (!(options.geometry_tolerance_px > 0 && options.geometry_tolerance_px <= 1))
+    return fail(Error::Kind::Malformed, fmt::format("geometry tolerance: expected image pixels in (0, 1], found {}", options.geometry_tolerance_px));
+  if (!std::isfinite(options.fill_value)) return fail(Error::Kind::Malformed, "fill value: expected a finite number");
+  return {};
+}
+
+/// The original's rule: a frame is whole, or there is none.
+Result<void> refuse_off_map(const Layer& layer, const Truth& truth) {
+  static constexpr std::array<const char*, 4> names = {"top left", "top right", "bottom right", "bottom left"};
+  for (std::size_t i = 0; i < 4; ++i) {
+    const auto& uv = truth.footprint_uv[i];
+    const bool on_map = uv && (uv->array() >= 0).all() && (uv->array() <= 1).all();
+    if (on_map) continue;
+    const std::string where = truth.footprint_texel[i] ? fmt::format("sees texel ({:.1f}, {:.1f}) of {} x {}", truth.footprint_texel[i]->x(),
+                                                                     truth.footprint_texel[i]->y(), layer.source->map().width(), layer.source->map().height())
+                                                       : "sees no ground";
+    return fail(Error::Kind::OutsideMap, fmt::format("layer {}: the image's {} corner {}: outside the map {}", layer.name, names[i], where, truth.map_path));
+  }
+  return {};
+}
+
+}  // namespace
+
+std::string_view to_string(OffMap off_map) { return off_map_names[static_cast<std::size_t>(off_map)]; }
+
+Result<OffMap> parse_off_map(std::string_view text) {
+  const auto it = std::find(off_map_names.begin(), off_map_names.end(), text);
+  if (it != off_map_names.end()) return static_cast<OffMap>(it - off_map_names.begin());
+  return fail(Error::Kind::Malformed, fmt::format("unknown off-map rule '{}'{}", text, suggestion(text, off_map_names)));
+}
+
+/// GDAL keeps decoded blocks of its own: an eighth of the budget, so that neighbouring cells do not decode a block twice.
+struct Renderer::Engine {
+  explicit Engine(const RendererOptions& options)
+      : cache(options.cache_bytes - options.cache_bytes / 8), arena(options.threads > 0 ? options.threads : tbb::task_arena::automatic) {
+    tile::limit_gdal_block_cache(options.cache_bytes / 8);
+  }
+  tile::CellCache cache;
+  tbb::task_arena arena;
+};
+
+Renderer::Renderer(const RendererOptions& options) : engine_(std::make_unique<Engine>(options)) {}
+Renderer::~Renderer() = default;
+Renderer::Renderer(Renderer&&) noexcept = default;
+Renderer& Renderer::operator=(Renderer&&) noexcept = default;
+
+tile::CacheCounters Renderer::cache_counters() const { return engine_->cache.counters(); }
+
+Result<Frame> Renderer::render(const Scene& scene, const Camera& camera, const CameraPose& ecef_from_camera, const RenderOptions& options) {
+  const auto start = std::chrono::steady_clock::now();
+  if (auto ok = scene.check(); !ok) return fail(ok);
+  if (auto ok = check_options(options); !ok) return fail(ok);
+  const auto pose = checked(ecef_from_camera);
+  if (!pose) return fail(pose);
+  const ExactChain chain(camera, *pose, scene.surface());
+  const WorkTotals before = totals(scene);
+  const tile::CacheCounters cache_before = engine_->cache.counters();
+
+  // One mapping for all layers of a CRS
+  std::vector<PatchMapping> mappings;
+  std::vector<std::size_t> mapping_of;
+  Frame frame;
+  for (std::size_t i = 0; i < scene.layers().size(); ++i) {
+    const geodesy::Projection& projection = scene.layers()[i].source->map().projection();
+    std::vector<PlaneExtent> extents;
+    std::size_t found = i;
+    for (std::size_t k = 0; k < scene.layers().size(); ++k) {
+      if (!(scene.layers()[k].source->map().projection() == projection)) continue;
+      if (k < i) found = std::min(found, k);
+      extents.push_back(scene.layers()[k].extent);
+    }
+    if (found < i) {
+      mapping_of.push_back(mapping_of[found]);
+      continue;
+    }
+    mapping_of.push_back(mappings.size());
+    mappings.push_back(map_patches(chain, projection, options.geometry_tolerance_px, extents));
+    frame.counters_.exact_points += mappings.back().exact_points;
+  }
+
+  // Plan each layer
+  std::vector<LayerPlan> plans;
+  std::vector<WorkItem> items;
+  const std::size_t pixels = static_cast<std::size_t>(camera.width_px()) * static_cast<std::size_t>(camera.height_px());
+  for (std::size_t i = 0; i < scene.layers().size(); ++i) {
+    const Layer& layer = scene.layers()[i];
+    Sampling sampling = sampling_for(options.quality);
+    if (options.filter) sampling.filter = *options.filter;
+    if (layer.options.role == Role::labels) sampling.filter = Filter::Nearest;
+
+    FrameLayer out;
+    out.name = layer.name;
+    out.width = camera.width_px();
+    out.height = camera.height_px();
+    out.bands = static_cast<int>(layer.source->bands().size());
+    out.type = layer.source->type();
+    out.truth = geometric_truth(chain, layer.source->map());
+    if (options.off_map == OffMap::reject)
+      if (auto ok = refuse_off_map(layer, out.truth); !ok) return fail(ok);
+
+    plans.push_back(plan_layer(mappings[mapping_of[i]], *layer.source, sampling));
+    out.truth.quality = options.quality;
+    out.truth.filter = sampling.filter;
+    out.truth.finest_level = plans.back().finest_level;
+    out.truth.coarsest_level = plans.back().coarsest_level;
+    out.truth.undersampled = plans.back().undersampled;
+    out.truth.geometry_error_px = mappings[mapping_of[i]].error_px;
+    out.truth.tiles = count_cells(plans.back());
+    frame.counters_.cells += out.truth.tiles;
+    frame.counters_.samples += plans.back().samples;
+    frame.layers_.push_back(std::move(out));
+  }
+  for (std::size_t i = 0; i < plans.size(); ++i) {
+    FrameLayer& out = frame.layers_[i];
+    out.samples.resize(pixels * static_cast<std::size_t>(out.bands) * tile::size_bytes(out.type));
+    out.validity.resize(pixels);
+    for (const PlannedBlock& block : plans[i].blocks)
+      items.push_back({&block, scene.layers()[i].source.get(), out.samples.data(), out.validity.data(), static_cast<std::size_t>(out.width)});
+  }
+
+  const auto sampled = engine_->arena.execute([&] { return run_passes(items, engine_->cache, frame.counters_); });
+  if (!sampled) return fail(sampled);
+
+  const WorkTotals after = totals(scene);
+  frame.counters_.projection_points = after.projection_points - before.projection_points;
+  frame.counters_.windows_read = after.windows_read - before.windows_read;
+  frame.counters_.samples_read = after.samples_read - before.samples_read;
+  frame.counters_.cells_loaded = engine_->cache.counters().loads - cache_before.loads;
+  for (std::size_t i = 0; i < plans.size(); ++i) {
+    FrameLayer& out = frame.layers_[i];
+    if (const auto& output = scene.layers()[i].options.output) {
+      out.samples = convert(out.samples.data(), out.type, pixels * static_cast<std::size_t>(out.bands), *output);
+      out.type = output->type;
+    }
+    finish_invalid(out, options);
+    out.truth.valid_fraction = static_cast<double>(std::count(out.validity.begin(), out.validity.end(), 1)) / static_cast<double>(pixels);
+    if (options.explain) {
+      const bool shared = std::find(mapping_of.begin(), mapping_of.begin() + static_cast<std::ptrdiff_t>(i), mapping_of[i]) != mapping_of.begin() + static_cast<std::ptrdiff_t>(i);
+      explain_layer(scene.layers()[i], mappings[mapping_of[i]], shared, plans[i], out, frame.explanation_);
+    }
+  }
+  if (options.explain) explain_frame(scene, frame.counters_, frame.explanation_);
+  const double render_ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+  for (FrameLayer& layer : frame.layers_) layer.truth.render_ms = render_ms;
+  return frame;
+}
+
+}  // namespace nadir::render

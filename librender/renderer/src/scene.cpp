@@ -1,0 +1,73 @@
+#include "nadir/render/scene.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+
+#include "nadir/base/text.h"
+
+namespace nadir::render {
+namespace {
+
+constexpr std::array<std::string_view, 6> role_names = {"optical", "radar", "infrared", "elevation", "labels", "field"};
+
+/// Palette indices are names, not amounts: blending two of them gives a third one's colour.
+Result<void> refuse_palette(const tile::Map& map, const LayerOptions& options, const std::vector<int>& bands) {
+  if (options.role == Role::labels) return {};
+  for (const int number : bands)
+    if (map.description().bands[static_cast<std::size_t>(number) - 1].color == "Palette")
+      return fail(Error::Kind::Unsupported,
+                  fmt::format("{}: band {} holds palette indices, which cannot be blended: use role labels, or expand it with gdal_translate -expand rgb",
+                              map.description().path, number));
+  return {};
+}
+
+Result<void> check_output(const std::string& name, const std::optional<Output>& output) {
+  if (output && output->type != tile::SampleType::Float32 && !(output->high > output->low))
+    return fail(Error::Kind::Malformed, fmt::format("layer {}: expected an output range with low < high, found {} to {}", name, output->low, output->high));
+  return {};
+}
+
+}  // namespace
+
+std::string_view to_string(Role role) { return role_names[static_cast<std::size_t>(role)]; }
+
+Result<Role> parse_role(std::string_view text) {
+  const auto it = std::find(role_names.begin(), role_names.end(), text);
+  if (it != role_names.end()) return static_cast<Role>(it - role_names.begin());
+  return fail(Error::Kind::Malformed, fmt::format("unknown role '{}'{}", text, suggestion(text, role_names)));
+}
+
+Scene Scene::plane(const geodesy::Geodetic& origin, const PlaneOptions& options) { return Scene(Plane(origin, options.height_m)); }
+
+Scene Scene::with_layer(std::string name, const tile::Map& map, LayerOptions options) const {
+  Scene scene = *this;
+  if (scene.problem_) return scene;
+  const auto add = [&]() -> Result<void> {
+    for (const Layer& other : layers_)
+      if (other.name == name) return fail(Error::Kind::Malformed, fmt::format("layer '{}' is there twice: give each its own name", name));
+    const bool floats = [&] {
+      const auto type = map.sample_type(options.bands.empty() ? map.description().data_bands() : options.bands);
+      return type && *type == tile::SampleType::Float32;
+    }();
+    const bool decibel = options.role == Role::radar && options.radar_scale.value_or(floats ? RadarScale::decibel : RadarScale::linear) == RadarScale::decibel;
+    auto source = tile::CellSource::make(map, options.bands, decibel ? tile::Domain::Decibel : tile::Domain::Linear);
+    if (!source) return fail(source);
+    if (auto ok = refuse_palette(map, options, (*source)->bands()); !ok) return ok;
+    if (auto ok = check_output(name, options.output); !ok) return ok;
+    const PlaneExtent extent = plane_extent(surface_, map.projection(), map.crs_from_texel(), map.width(), map.height());
+    scene.layers_.push_back({std::move(name), std::move(options), std::move(*source), extent});
+    return {};
+  };
+  if (auto added = add(); !added) scene.problem_ = added.error();
+  return scene;
+}
+
+Result<void> Scene::check() const {
+  if (problem_) return tl::unexpected(*problem_);
+  if (layers_.empty()) return fail(Error::Kind::Malformed, "the scene has no layer: add a map");
+  return {};
+}
+
+}  // namespace nadir::render

@@ -1,0 +1,53 @@
+#include "nadir/render/output.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <string_view>
+#include <type_traits>
+
+#include "nadir/base/text.h"
+
+namespace nadir::render {
+using tile::SampleType;
+
+std::optional<Output> natural_output(SampleType type) {
+  if (type == SampleType::UInt8) return Output{type, 0, 255};
+  if (type == SampleType::UInt16) return Output{type, 0, 65535};
+  return std::nullopt;
+}
+
+Result<SampleType> parse_sample_type(std::string_view text) {
+  static constexpr std::array types = {SampleType::UInt8, SampleType::Int16, SampleType::UInt16, SampleType::Float32};
+  std::array<std::string_view, types.size()> names;
+  for (std::size_t i = 0; i < types.size(); ++i) {
+    names[i] = tile::to_string(types[i]);
+    if (names[i] == text) return types[i];
+  }
+  return fail(Error::Kind::Malformed, fmt::format("unknown sample type '{}'{}", text, suggestion(text, names)));
+}
+
+std::vector<std::byte> convert(const void* samples, SampleType from, std::size_t count, const Output& output) {
+  std::vector<std::byte> converted(count * tile::size_bytes(output.type));
+  tile::with_sample_type(from, [&]<class From>(From) {
+    tile::with_sample_type(output.type, [&]<class To>(To) {
+      const auto* in = static_cast<const From*>(samples);
+      auto* out = reinterpret_cast<To*>(converted.data());
+      if constexpr (std::is_floating_point_v<To>) {
+        std::transform(in, in + count, out, [](From v) { return static_cast<To>(v); });
+      } else {
+        constexpr double highest = std::numeric_limits<To>::max();
+        const double scale = highest / (output.high - output.low);
+        std::transform(in, in + count, out, [&](From v) {
+          return static_cast<To>(std::clamp(std::floor((static_cast<double>(v) - output.low) * scale + 0.5), 0.0, highest));
+        });
+      }
+    });
+  });
+  return converted;
+}
+
+}  // namespace nadir::render
