@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -17,6 +18,14 @@ std::string nearest_name(std::string_view word, std::span<const std::string_view
 
 /// "; did you mean 'lat_deg'?", or the list of what is allowed where nothing is near.
 std::string suggestion(std::string_view word, std::span<const std::string_view> candidates);
+
+/// The enumerator whose place in `names` holds `name`; `what` is for the message: "role".
+template <class Enum, std::size_t N>
+Result<Enum> parse_name(std::string_view what, std::string_view name, const std::array<std::string_view, N>& names) {
+  for (std::size_t i = 0; i < N; ++i)
+    if (names[i] == name) return static_cast<Enum>(i);
+  return fail(Error::Kind::NotFound, "no " + std::string(what) + " '" + std::string(name) + "'" + suggestion(name, names));
+}
 
 /// The finite number that the whole of `text` (blanks around it allowed) spells, independent of locale.
 std::optional<double> parse_number(std::string_view text);

@@ -4,6 +4,8 @@
 #include <cstdint>
 #include <string_view>
 
+#include "nadir/base/result.h"
+
 namespace nadir::tile {
 
 /// Type of one sample as cells hold it and frames return it. Wider stored types are read as Float32.
@@ -11,6 +13,7 @@ enum class SampleType : std::uint8_t { UInt8, Int16, UInt16, Float32 };
 
 std::size_t size_bytes(SampleType type);
 std::string_view to_string(SampleType type);  // "uint8", "int16", "uint16", "float32"
+Result<SampleType> parse_sample_type(std::string_view name);
 
 /// The SampleType of a C++ type.
 template <class T>

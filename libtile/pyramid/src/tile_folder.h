@@ -1,0 +1,16 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "nadir/base/result.h"
+
+namespace nadir::pyramid {
+
+/// A GDAL virtual raster (XML) of four bands, red, green, blue and alpha, over one zoom of an XYZ tile folder.
+/// Tiles may be grey, coloured or palettes, with alpha or without; alpha is 255 where a tile has none, 0 where
+/// no tile is.
+Result<std::string> virtual_raster_of_tiles(const std::filesystem::path& folder, std::optional<int> zoom);
+
+}  // namespace nadir::pyramid
