@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <string_view>
 #include <vector>
 
@@ -122,6 +123,8 @@ Result<Camera> Camera::from_yaml(const std::filesystem::path& path) {
 
 std::string Camera::to_yaml() const {
   const Eigen::Matrix3d k = ros_camera_matrix();
+  YAML::Emitter quoted_name;
+  quoted_name << YAML::DoubleQuoted << name_;
   return fmt::format(
       "image_width: {}\nimage_height: {}\ncamera_name: {}\n"
       "camera_matrix:\n  rows: 3\n  cols: 3\n  data: [{}, 0, {}, 0, {}, {}, 0, 0, 1]\n"
@@ -129,7 +132,7 @@ std::string Camera::to_yaml() const {
       "distortion_coefficients:\n  rows: 1\n  cols: 5\n  data: [0, 0, 0, 0, 0]\n"
       "rectification_matrix:\n  rows: 3\n  cols: 3\n  data: [1, 0, 0, 0, 1, 0, 0, 0, 1]\n"
       "projection_matrix:\n  rows: 3\n  cols: 4\n  data: [{}, 0, {}, 0, 0, {}, {}, 0, 0, 0, 1, 0]\n",
-      width_px_, height_px_, name_, k(0, 0), k(0, 2), k(1, 1), k(1, 2), k(0, 0), k(0, 2), k(1, 1), k(1, 2));
+      width_px_, height_px_, quoted_name.c_str(), k(0, 0), k(0, 2), k(1, 1), k(1, 2), k(0, 0), k(0, 2), k(1, 1), k(1, 2));
 }
 
 }  // namespace nadir::render

@@ -1,7 +1,5 @@
 #include "nadir/render/layer_plan.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -225,13 +223,6 @@ class LayerPlanner {
   double coarsest_texels_ = 1;
   LayerPlan plan_;
 };
-
-template <class Enum, std::size_t N>
-Result<Enum> parse_name(std::string_view what, std::string_view text, const std::array<std::string_view, N>& names) {
-  for (std::size_t i = 0; i < N; ++i)
-    if (names[i] == text) return static_cast<Enum>(i);
-  return fail(Error::Kind::Malformed, fmt::format("unknown {} '{}'{}", what, text, suggestion(text, names)));
-}
 
 }  // namespace
 

@@ -25,7 +25,7 @@ void explain_layer(const Layer& layer, const PatchMapping& mapping, bool mapping
   const auto does = [&](std::string text) { explanation.done.push_back(fmt::format("{}: {}", layer.name, text)); };
   const auto without = [&](std::string text) { explanation.left_out.push_back(fmt::format("{}: {}", layer.name, text)); };
 
-  does(fmt::format("{}, {}, role {}, {} of {} bands as {}", map.description().path, map.projection().name(), to_string(layer.options.role),
+  does(fmt::format("{}, {}, role {}, {} of {} bands as {}", map.description().path, map.projection().name(), tile::to_string(layer.options.role),
                    layer.source->bands().size(), map.description().bands.size(), tile::to_string(layer.source->type())));
   does(mapping_shared ? "mapping shared with an earlier layer of the same CRS" : "mapping: " + describe_mapping(mapping));
   const double pixels = static_cast<double>(frame.width) * frame.height;

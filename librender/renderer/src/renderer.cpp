@@ -46,7 +46,7 @@ Result<CameraPose> checked(const CameraPose& pose) {
 
 /// What invalid pixels hold.
 void finish_invalid(FrameLayer& layer, const RenderOptions& options) {
-  const bool fill = options.off_map == OffMap::fill;
+  const bool fill = options.off_map == OffMap::Fill;
   tile::with_sample_type(layer.type, [&]<class T>(T) {
     T value{};
     if constexpr (std::is_floating_point_v<T>)
@@ -86,11 +86,7 @@ Result<void> refuse_off_map(const Layer& layer, const Truth& truth) {
 
 std::string_view to_string(OffMap off_map) { return off_map_names[static_cast<std::size_t>(off_map)]; }
 
-Result<OffMap> parse_off_map(std::string_view text) {
-  const auto it = std::find(off_map_names.begin(), off_map_names.end(), text);
-  if (it != off_map_names.end()) return static_cast<OffMap>(it - off_map_names.begin());
-  return fail(Error::Kind::Malformed, fmt::format("unknown off-map rule '{}'{}", text, suggestion(text, off_map_names)));
-}
+Result<OffMap> parse_off_map(std::string_view text) { return parse_name<OffMap>("off-map rule", text, off_map_names); }
 
 /// GDAL keeps decoded blocks of its own: an eighth of the budget, so that neighbouring cells do not decode a block twice.
 struct Renderer::Engine {
@@ -149,7 +145,7 @@ Result<Frame> Renderer::render(const Scene& scene, const Camera& camera, const C
     const Layer& layer = scene.layers()[i];
     Sampling sampling = sampling_for(options.quality);
     if (options.filter) sampling.filter = *options.filter;
-    if (layer.options.role == Role::labels) sampling.filter = Filter::Nearest;
+    if (layer.options.role == tile::Role::Labels) sampling.filter = Filter::Nearest;
 
     FrameLayer out;
     out.name = layer.name;
@@ -158,7 +154,7 @@ Result<Frame> Renderer::render(const Scene& scene, const Camera& camera, const C
     out.bands = static_cast<int>(layer.source->bands().size());
     out.type = layer.source->type();
     out.truth = geometric_truth(chain, layer.source->map());
-    if (options.off_map == OffMap::reject)
+    if (options.off_map == OffMap::Reject)
       if (auto ok = refuse_off_map(layer, out.truth); !ok) return fail(ok);
 
     plans.push_back(plan_layer(mappings[mapping_of[i]], *layer.source, sampling));

@@ -2,19 +2,13 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <array>
-
-#include "nadir/base/text.h"
 
 namespace nadir::render {
 namespace {
 
-constexpr std::array<std::string_view, 6> role_names = {"optical", "radar", "infrared", "elevation", "labels", "field"};
-
 /// Palette indices are names, not amounts: blending two of them gives a third one's colour.
 Result<void> refuse_palette(const tile::Map& map, const LayerOptions& options, const std::vector<int>& bands) {
-  if (options.role == Role::labels) return {};
+  if (options.role == tile::Role::Labels) return {};
   for (const int number : bands)
     if (map.description().bands[static_cast<std::size_t>(number) - 1].color == "Palette")
       return fail(Error::Kind::Unsupported,
@@ -31,14 +25,6 @@ Result<void> check_output(const std::string& name, const std::optional<Output>& 
 
 }  // namespace
 
-std::string_view to_string(Role role) { return role_names[static_cast<std::size_t>(role)]; }
-
-Result<Role> parse_role(std::string_view text) {
-  const auto it = std::find(role_names.begin(), role_names.end(), text);
-  if (it != role_names.end()) return static_cast<Role>(it - role_names.begin());
-  return fail(Error::Kind::Malformed, fmt::format("unknown role '{}'{}", text, suggestion(text, role_names)));
-}
-
 Scene Scene::plane(const geodesy::Geodetic& origin, const PlaneOptions& options) { return Scene(Plane(origin, options.height_m)); }
 
 Scene Scene::with_layer(std::string name, const tile::Map& map, LayerOptions options) const {
@@ -51,7 +37,7 @@ Scene Scene::with_layer(std::string name, const tile::Map& map, LayerOptions opt
       const auto type = map.sample_type(options.bands.empty() ? map.description().data_bands() : options.bands);
       return type && *type == tile::SampleType::Float32;
     }();
-    const bool decibel = options.role == Role::radar && options.radar_scale.value_or(floats ? RadarScale::decibel : RadarScale::linear) == RadarScale::decibel;
+    const bool decibel = options.role == tile::Role::Radar && options.radar_scale.value_or(tile::usual_radar_scale(floats)) == tile::RadarScale::Decibel;
     auto source = tile::CellSource::make(map, options.bands, decibel ? tile::Domain::Decibel : tile::Domain::Linear);
     if (!source) return fail(source);
     if (auto ok = refuse_palette(map, options, (*source)->bands()); !ok) return ok;

@@ -1,15 +1,9 @@
 #include "nadir/render/output.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
-#include <string_view>
 #include <type_traits>
-
-#include "nadir/base/text.h"
 
 namespace nadir::render {
 using tile::SampleType;
@@ -18,16 +12,6 @@ std::optional<Output> natural_output(SampleType type) {
   if (type == SampleType::UInt8) return Output{type, 0, 255};
   if (type == SampleType::UInt16) return Output{type, 0, 65535};
   return std::nullopt;
-}
-
-Result<SampleType> parse_sample_type(std::string_view text) {
-  static constexpr std::array types = {SampleType::UInt8, SampleType::Int16, SampleType::UInt16, SampleType::Float32};
-  std::array<std::string_view, types.size()> names;
-  for (std::size_t i = 0; i < types.size(); ++i) {
-    names[i] = tile::to_string(types[i]);
-    if (names[i] == text) return types[i];
-  }
-  return fail(Error::Kind::Malformed, fmt::format("unknown sample type '{}'{}", text, suggestion(text, names)));
 }
 
 std::vector<std::byte> convert(const void* samples, SampleType from, std::size_t count, const Output& output) {

@@ -15,9 +15,9 @@ namespace nadir::render {
 
 /// What happens where a frame sees what no map covers.
 enum class OffMap {
-  mask,    // those pixels are marked invalid; of float layers they are NaN, else 0
-  fill,    // those pixels get a value
-  reject,  // no frame: Error::OutsideMap, where a corner of the image is off a map
+  Mask,    // those pixels are marked invalid; of float layers they are NaN, else 0
+  Fill,    // those pixels get a value
+  Reject,  // no frame: Error::OutsideMap, where a corner of the image is off a map
 };
 std::string_view to_string(OffMap off_map);
 Result<OffMap> parse_off_map(std::string_view text);
@@ -26,8 +26,8 @@ struct RenderOptions {
   Quality quality = Quality::balanced;
   std::optional<Filter> filter;        // instead of the quality's; labels are always sampled nearest
   double geometry_tolerance_px = 0.05;  // backward error, in (0, 1]
-  OffMap off_map = OffMap::mask;
-  double fill_value = 0;  // with OffMap::fill
+  OffMap off_map = OffMap::Mask;
+  double fill_value = 0;  // with OffMap::Fill
   bool explain = false;   // fill in Frame::explanation
 };
 

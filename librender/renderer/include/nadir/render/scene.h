@@ -3,27 +3,19 @@
 #include <memory>
 #include <optional>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "nadir/render/output.h"
 #include "nadir/render/patches.h"
 #include "nadir/tile/cell_source.h"
+#include "nadir/tile/role.h"
 
 namespace nadir::render {
 
-/// What a layer's values mean, which says how they may be averaged.
-enum class Role { optical, radar, infrared, elevation, labels, field };
-std::string_view to_string(Role role);
-Result<Role> parse_role(std::string_view text);
-
-/// How a radar map stores backscatter. Decibels are averaged in power.
-enum class RadarScale { decibel, linear };
-
 struct LayerOptions {
-  Role role = Role::optical;
+  tile::Role role = tile::Role::Optical;
   std::vector<int> bands;  // data bands, numbers from 1, in the order of the frame; all where empty
-  std::optional<RadarScale> radar_scale;  // of role radar; by default decibel for maps of floats, else linear
+  std::optional<tile::RadarScale> radar_scale;  // of role Radar; else tile::usual_radar_scale
   std::optional<Output> output;           // by default the map's own type and values
 };
 

@@ -1,10 +1,8 @@
 #pragma once
 
 #include <optional>
-#include <span>
 #include <vector>
 
-#include "nadir/base/result.h"
 #include "nadir/tile/sample_type.h"
 
 namespace nadir::render {
@@ -17,8 +15,6 @@ struct Output {
 
 /// The whole range of uint8 and uint16 maps, which frames of the same type keep.
 std::optional<Output> natural_output(tile::SampleType type);
-
-Result<tile::SampleType> parse_sample_type(std::string_view text);
 
 /// `count` samples of type `from` as `output.type`: linear from [low, high] to the type's full range (of int16: 0 to 32767),
 /// rounded to nearest, clamped.
