@@ -1,0 +1,194 @@
+#include "render_arguments.h"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+
+#include "nadir/base/text.h"
+#include "nadir/geodesy/height.h"
+
+namespace nadir::app {
+namespace {
+
+using render::LayerOptions;
+
+Result<LayerOptions> layer_options(const MapArguments& arguments, const tile::Map& map) {
+  LayerOptions options;
+  const std::string role = !arguments.role.empty() ? arguments.role : !map.description().role.empty() ? map.description().role : "optical";
+  const auto parsed_role = tile::parse_role(role);
+  if (!parsed_role) return fail(parsed_role);
+  options.role = *parsed_role;
+  if (!arguments.bands.empty())
+    for (std::string_view name : split(arguments.bands, ',')) {
+      const auto band = map.description().find_band(std::string(name));
+      if (!band) return fail(band);
+      options.bands.push_back(*band);
+    }
+  if (!arguments.radar_scale.empty()) {
+    const auto scale = tile::parse_radar_scale(arguments.radar_scale);
+    if (!scale) return fail(scale.error().kind, "--radar-scale: " + scale.error().message);
+    options.radar_scale = *scale;
+  }
+
+  if (arguments.output.empty() && arguments.range.empty()) return options;
+  const auto own_type = map.sample_type(options.bands.empty() ? map.description().data_bands() : options.bands);
+  if (!own_type) return fail(own_type);
+  const auto type = arguments.output.empty() ? own_type : tile::parse_sample_type(arguments.output);
+  if (!type) return fail(type.error().kind, "--output: " + type.error().message);
+  render::Output output{*type};
+  if (!arguments.range.empty()) {
+    const auto range = parse_numbers("--range", arguments.range, 2, 2, "0,3000");
+    if (!range) return fail(range);
+    output.low = (*range)[0];
+    output.high = (*range)[1];
+  } else if (*type == *own_type || *type == tile::SampleType::Float32) {
+    return arguments.output.empty() || *type == *own_type ? options : (options.output = output, options);
+  } else {
+    const auto natural = render::natural_output(*own_type);
+    if (!natural)
+      return fail(Error::Kind::Malformed, fmt::format("{}: --output {} of a map of {} needs --range LOW,HIGH: the map values that become the darkest and the brightest",
+                                                      arguments.path, arguments.output, tile::to_string(*own_type)));
+    output.low = natural->low;
+    output.high = natural->high;
+  }
+  options.output = output;
+  return options;
+}
+
+}  // namespace
+
+void add_render_options(CLI::App& app, RenderArguments& a) {
+  // An option of a map goes to the --map before it: parsed at once, in order.
+  const auto of_map = [&](const char* name, std::string MapArguments::*member, const char* help) {
+    app.add_option_function<std::string>(
+           name,
+           [&a, member, name](const std::string& value) {
+             if (a.maps.empty()) throw CLI::ValidationError(name, "comes after the --map that it is about");
+             a.maps.back().*member = value;
+           },
+           help)
+        ->trigger_on_parse()
+        ->multi_option_policy(CLI::MultiOptionPolicy::TakeLast)
+        ->group("Maps (options of a map follow it)");
+  };
+  app.add_option_function<std::string>("--map", [&a](const std::string& path) { a.maps.push_back({path}); }, "a georeferenced raster; may be given several times, one layer each")
+      ->trigger_on_parse()
+      ->required()
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeLast)
+      ->group("Maps (options of a map follow it)");
+  of_map("--name", &MapArguments::name, "name of the layer and its sensor (the file's stem)");
+  of_map("--role", &MapArguments::role, "optical, radar, infrared, elevation, labels or field (the map's own, else optical)");
+  of_map("--bands", &MapArguments::bands, "numbers or names, such as 4,3,2 or VV (all)");
+  of_map("--radar-scale", &MapArguments::radar_scale, "decibel or linear (decibel for floats)");
+  of_map("--output", &MapArguments::output, "type of the frames: uint8, int16, uint16 or float32 (the map's)");
+  of_map("--range", &MapArguments::range, "LOW,HIGH: map values that become the type's lowest and highest");
+
+  app.add_option("--camera", a.camera, "camera calibration, YAML as ROS writes it")->required()->group("View");
+  app.add_option("--poses", a.poses, "CSV: t_s,lat_deg,lon_deg,height_m,yaw_deg,pitch_deg,roll_deg of the vehicle\nor t_s,x_m,y_m,z_m,qx,qy,qz,qw of the camera (enu_from_camera)")->required()->group("View");
+  app.add_option("--mount", a.mount, "x_m,y_m,z_m,yaw_deg,pitch_deg,roll_deg of the camera on the vehicle (looking down, top to the nose)")->group("View");
+  app.add_option("--origin", a.origin, "lat,lon,height of the scene origin in degrees and metres (first map's centre at plane height)")->group("View");
+  app.add_option("--plane-height", a.plane_height, "height of the ground: metres above the ellipsoid, or '12 msl'")->capture_default_str()->group("View");
+
+  app.add_option("--quality", a.quality, "draft, balanced or best")->capture_default_str()->group("Rendering");
+  app.add_option("--filter", a.filter, "nearest, bilinear, mip or reference (the quality's)")->group("Rendering");
+  app.add_option("--geometry-tolerance", a.geometry_tolerance_px, "largest geometric error in image pixels")->capture_default_str()->group("Rendering");
+  app.add_option("--off-map", a.off_map, "mask, fill or reject, where a frame sees what no map covers")->capture_default_str()->group("Rendering");
+  app.add_option("--fill-value", a.fill_value, "with --off-map fill")->capture_default_str()->group("Rendering");
+  app.add_option("--cache", a.cache, "memory for decoded map tiles")->capture_default_str()->group("Rendering");
+  app.add_option("--threads", a.threads, "0: all the machine has")->capture_default_str()->check(CLI::Range(0, 1024))->group("Rendering");
+  app.add_option("--first", a.first_frames, "render only the first N poses")->group("Rendering");
+
+  app.add_option("-o,--output-folder", a.folder, "folder for frames, masks, frames.jsonl, camera file and pictures")->group("Output");
+  app.add_option("--vehicle", a.vehicle, "name in the folder and the records")->capture_default_str()->group("Output");
+  app.add_flag("--force", a.force, "replace an earlier dataset in the folder")->group("Output");
+  app.add_flag("--no-pictures", a.no_pictures, "no contact sheets and no maps with footprints")->group("Output");
+  app.add_flag("--no-output", a.no_output, "render and measure only")->group("Output");
+  app.add_flag("--explain", a.explain, "say how the first frame is made, what is left out, and why")->group("Output");
+  app.add_flag("--json", a.json, "summary (and explanation) for programs")->group("Output");
+  app.footer(
+      "examples:\n"
+      "  nadir render --map kampala.tif --bands 1,2,3 --camera rgb.yaml --poses flight.csv -o frames\n"
+      "  nadir render --map s2.tif --name eo --bands B4,B3,B2 --output uint8 --range 0,3000 \\\n"
+      "               --map s1.tif --name sar --role radar --bands VV --camera cam.yaml --poses flight.csv -o pair");
+}
+
+Result<render::Scene> make_scene(const RenderArguments& arguments) {
+  std::vector<tile::Map> maps;
+  for (const MapArguments& m : arguments.maps) {
+    auto map = tile::Map::open(m.path);
+    if (!map) return fail(map);
+    maps.push_back(std::move(*map));
+  }
+  const auto typed = geodesy::parse_height(arguments.plane_height);
+  if (!typed) return fail(typed.error().kind, "--plane-height: " + typed.error().message);
+  if (typed->datum == geodesy::HeightDatum::Agl) return fail(Error::Kind::Malformed, "--plane-height: expected a height above the ellipsoid or msl: it is the ground");
+
+  geodesy::Geodetic origin = maps.front().center();
+  std::optional<geodesy::TypedHeight> origin_height;
+  if (!arguments.origin.empty()) {
+    const std::vector<std::string_view> fields = split(arguments.origin, ',');
+    const auto lat_lon = fields.size() == 3 ? parse_numbers("--origin", arguments.origin.substr(0, arguments.origin.rfind(',')), 2, 2, "38.1,-0.76,0")
+                                            : parse_numbers("--origin", arguments.origin, 3, 3, "38.1,-0.76,0");
+    if (!lat_lon) return fail(lat_lon);
+    if (std::abs((*lat_lon)[0]) > 90 || std::abs((*lat_lon)[1]) > 360)
+      return fail(Error::Kind::Malformed, fmt::format("--origin '{}': expected a latitude of at most 90 and a longitude of at most 360 degrees", arguments.origin));
+    const auto height = geodesy::parse_height(fields[2]);
+    if (!height) return fail(height.error().kind, "--origin: " + height.error().message);
+    origin = geodesy::Geodetic::degrees((*lat_lon)[0], (*lat_lon)[1], 0);
+    origin_height = *height;
+  }
+  const auto plane_m = geodesy::ellipsoidal_height_m(*typed, origin.lat_rad, origin.lon_rad, 0);
+  if (!plane_m) return fail(plane_m);
+  origin.height_m = *plane_m;
+  if (origin_height) {
+    const auto height_m = geodesy::ellipsoidal_height_m(*origin_height, origin.lat_rad, origin.lon_rad, *plane_m);
+    if (!height_m) return fail(height_m);
+    origin.height_m = *height_m;
+  }
+
+  render::Scene scene = render::Scene::plane(origin, {.height_m = *plane_m});
+  for (std::size_t i = 0; i < maps.size(); ++i) {
+    const MapArguments& m = arguments.maps[i];
+    auto options = layer_options(m, maps[i]);
+    if (!options) return fail(options);
+    scene = scene.with_layer(m.name.empty() ? std::filesystem::path(m.path).stem().string() : m.name, maps[i], std::move(*options));
+  }
+  if (auto ok = scene.check(); !ok) return fail(ok);
+  return scene;
+}
+
+Result<render::Mount> make_mount(const RenderArguments& arguments) {
+  render::Mount mount;
+  if (arguments.mount.empty()) return mount;
+  const auto v = parse_numbers("--mount", arguments.mount, 6, 6, "0,0,0,0,-30,0");
+  if (!v) return fail(v);
+  mount.position_m = {(*v)[0], (*v)[1], (*v)[2]};
+  mount.angles = geodesy::YawPitchRoll::degrees((*v)[3], (*v)[4], (*v)[5]);
+  return mount;
+}
+
+Result<render::RenderOptions> make_render_options(const RenderArguments& arguments) {
+  render::RenderOptions options;
+  const auto quality = render::parse_quality(arguments.quality);
+  if (!quality) return fail(quality);
+  options.quality = *quality;
+  if (!arguments.filter.empty()) {
+    const auto filter = render::parse_filter(arguments.filter);
+    if (!filter) return fail(filter);
+    options.filter = *filter;
+  }
+  const auto off_map = render::parse_off_map(arguments.off_map);
+  if (!off_map) return fail(off_map);
+  options.off_map = *off_map;
+  options.fill_value = arguments.fill_value;
+  options.geometry_tolerance_px = arguments.geometry_tolerance_px;
+  return options;
+}
+
+Result<render::RendererOptions> make_renderer_options(const RenderArguments& arguments) {
+  const auto cache_bytes = parse_bytes(arguments.cache);
+  if (!cache_bytes) return fail(cache_bytes.error().kind, "--cache: " + cache_bytes.error().message);
+  return render::RendererOptions{.cache_bytes = *cache_bytes, .threads = arguments.threads};
+}
+
+}  // namespace nadir::app

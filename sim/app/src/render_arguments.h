@@ -1,0 +1,38 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "command.h"
+#include "nadir/render/renderer.h"
+
+namespace nadir::app {
+
+/// What `nadir render` was asked for about one map: the options that follow its --map.
+struct MapArguments {
+  std::string path, name, role, bands, radar_scale, output, range;
+};
+
+struct RenderArguments {
+  std::vector<MapArguments> maps;
+  std::string camera, poses, folder;
+  std::string origin, plane_height = "0", mount;
+  std::string quality = "balanced", filter, off_map = "mask";
+  double geometry_tolerance_px = 0.05, fill_value = 0;
+  std::string cache = "256MiB", vehicle = "vehicle";
+  int threads = 0;
+  std::size_t first_frames = 0;  // 0: all
+  bool force = false, no_output = false, no_pictures = false, json = false, explain = false;
+};
+
+/// Declares the options on `app`, to be parsed into `arguments`.
+void add_render_options(CLI::App& app, RenderArguments& arguments);
+
+/// The scene of the maps on a plane: opened, placed, checked.
+Result<render::Scene> make_scene(const RenderArguments& arguments);
+Result<render::Mount> make_mount(const RenderArguments& arguments);
+Result<render::RenderOptions> make_render_options(const RenderArguments& arguments);
+Result<render::RendererOptions> make_renderer_options(const RenderArguments& arguments);
+
+}  // namespace nadir::app

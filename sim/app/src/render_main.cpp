@@ -1,0 +1,135 @@
+// nadir render: camera frames and ground truth for given poses.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <nlohmann/json.hpp>
+
+#include "nadir/base/files.h"
+#include "nadir/base/progress.h"
+#include "nadir/base/text.h"
+#include "nadir/record/dataset.h"
+#include "nadir/record/overview.h"
+#include "nadir/sim/pose_file.h"
+#include "render_arguments.h"
+
+namespace nadir::app {
+namespace {
+
+struct Summary {
+  std::size_t frames = 0, rejected = 0;
+  double seconds = 0;
+  std::vector<double> frame_ms;
+  render::Explanation explanation;
+
+  double median_ms() const {
+    if (frame_ms.empty()) return 0;
+    std::vector<double> sorted = frame_ms;
+    std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2), sorted.end());
+    return sorted[sorted.size() / 2];
+  }
+};
+
+void print_json(const Summary& summary, const render::Renderer& renderer, const std::string& folder) {
+  const tile::CacheCounters cache = renderer.cache_counters();
+  nlohmann::ordered_json json = {{"frames", summary.frames}, {"rejected", summary.rejected}, {"seconds", summary.seconds}, {"median_frame_ms", summary.median_ms()},
+                                 {"cells_loaded", cache.loads}, {"cells_evicted", cache.evictions}, {"cache_peak_bytes", cache.peak_bytes},
+                                 {"folder", folder.empty() ? nlohmann::ordered_json(nullptr) : nlohmann::ordered_json(folder)}};
+  if (!summary.explanation.done.empty()) json["explain"] = {{"done", summary.explanation.done}, {"left_out", summary.explanation.left_out}};
+  fmt::print("{}\n", json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
+}
+
+void print_text(const Summary& summary, const std::string& folder, bool pictures) {
+  fmt::print("{} frames in {:.1f} s, {:.1f} ms each in the renderer (median)", summary.frames, summary.seconds, summary.median_ms());
+  if (summary.rejected > 0) fmt::print(", {} rejected: they look beyond the map", summary.rejected);
+  if (!folder.empty()) fmt::print("\n{0}/frames.jsonl holds the truth{1}", folder, pictures ? fmt::format("; look at {}/*.png", folder) : "");
+  fmt::print("\n");
+}
+
+void print_explanation(const render::Explanation& explanation) {
+  fmt::print("the first frame\n");
+  for (const std::string& line : explanation.done) fmt::print("  {}\n", line);
+  fmt::print("left out\n");
+  for (const std::string& line : explanation.left_out) fmt::print("  {}\n", line);
+}
+
+Result<void> run(const RenderArguments& arguments) {
+  if (arguments.folder.empty() && !arguments.no_output)
+    return fail(Error::Kind::Malformed, "no output folder: give -o FOLDER, or --no-output to render and measure only");
+  const auto options = make_render_options(arguments);
+  if (!options) return fail(options);
+  const auto renderer_options = make_renderer_options(arguments);
+  if (!renderer_options) return fail(renderer_options);
+  const auto mount = make_mount(arguments);
+  if (!mount) return fail(mount);
+  const auto camera = render::Camera::from_yaml(arguments.camera);
+  if (!camera) return fail(camera);
+  const auto scene = make_scene(arguments);
+  if (!scene) return fail(scene);
+  auto poses = sim::read_pose_file(arguments.poses, scene->surface(), *mount);
+  if (!poses) return fail(poses);
+  if (arguments.first_frames > 0) poses->resize(std::min(poses->size(), arguments.first_frames));
+
+  std::optional<record::Dataset> dataset;
+  if (!arguments.no_output) {
+    auto created = record::Dataset::create(arguments.folder, arguments.force);
+    if (!created) return fail(created);
+    dataset.emplace(std::move(*created));
+    if (auto ok = dataset->add_camera(arguments.vehicle, *camera); !ok) return ok;
+  }
+  std::vector<std::string> sensors;
+  for (const render::Layer& layer : scene->layers()) sensors.push_back(layer.name);
+
+  render::Renderer renderer(*renderer_options);
+  record::Overview overview(*scene, *camera, poses->size());
+  Summary summary;
+  const auto start = std::chrono::steady_clock::now();
+  {
+    Progress progress("rendering", "frames", static_cast<std::int64_t>(poses->size()), !arguments.json);
+    for (const sim::TimedPose& pose : *poses) {
+      render::RenderOptions frame_options = *options;
+      frame_options.explain = arguments.explain && summary.explanation.done.empty();
+      auto frame = renderer.render(*scene, *camera, pose.ecef_from_camera, frame_options);
+      progress.advance();
+      if (!frame && frame.error().kind == Error::Kind::OutsideMap) {
+        ++summary.rejected;
+        if (!dataset) continue;
+        if (auto ok = dataset->add_rejected(sensors, pose.time_ns, arguments.vehicle, frame.error().message); !ok) return ok;
+        continue;
+      }
+      if (!frame) return fail(frame.error().kind, fmt::format("frame at {} ns: {}", pose.time_ns, frame.error().message));
+      ++summary.frames;
+      summary.frame_ms.push_back(frame->truth().render_ms);
+      if (frame_options.explain) summary.explanation = frame->explanation();
+      if (!arguments.no_pictures && dataset) overview.add(*frame, pose.time_ns);
+      if (!dataset) continue;
+      if (auto ok = dataset->add(std::move(*frame), pose.time_ns, arguments.vehicle, options->off_map == render::OffMap::Mask); !ok) return ok;
+    }
+  }
+  if (dataset)
+    if (auto ok = dataset->finish(); !ok) return ok;
+  summary.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  const bool pictures = dataset && !arguments.no_pictures && summary.frames > 0;
+  if (pictures)
+    if (auto ok = overview.write(renderer, arguments.folder); !ok) return ok;
+
+  if (arguments.json) {
+    print_json(summary, renderer, arguments.folder);
+  } else {
+    if (arguments.explain) print_explanation(summary.explanation);
+    print_text(summary, arguments.folder, pictures);
+  }
+  if (summary.frames == 0)
+    return fail(Error::Kind::OutsideMap, "no frame was made: all look beyond the map; `--off-map mask` renders what there is");
+  return {};
+}
+
+}  // namespace
+}  // namespace nadir::app
+
+int main(int argc, char** argv) {
+  CLI::App app("Camera frames of maps, with ground truth, for given poses.", "nadir render");
+  nadir::app::RenderArguments arguments;
+  nadir::app::add_render_options(app, arguments);
+  return nadir::app::run_command(app, argc, argv, [&] { return nadir::app::run(arguments); });
+}

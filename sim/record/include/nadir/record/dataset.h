@@ -1,0 +1,53 @@
+#pragma once
+
+#include <cstdio>
+#include <deque>
+#include <filesystem>
+#include <future>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "nadir/base/result.h"
+#include "nadir/record/frame_record.h"
+#include "nadir/render/camera.h"
+#include "nadir/render/frame.h"
+
+namespace nadir::record {
+
+/// A folder of frames and their truth: frames/<vehicle>/<sensor>/<nanoseconds>.{png,tif}, camera/, frames.jsonl.
+///
+/// uint8 and uint16 of up to four bands become PNG, all else TIFF. Invalid pixels are told by a mask beside the frame
+/// (<nanoseconds>.mask.png, 255 valid, 0 not), written where there are any. Images are written in the background, two frames
+/// behind at most; a frame's record is written after its image, so that what frames.jsonl lists is there.
+/// One thread at a time.
+class Dataset {
+ public:
+  /// Makes the folder. A folder with content is refused, unless `force` is set: then an earlier dataset's frames and
+  /// records in it are removed first.
+  static Result<Dataset> create(const std::filesystem::path& folder, bool force);
+  Dataset(Dataset&&) = default;
+  Dataset& operator=(Dataset&&) = default;
+
+  Result<void> add_camera(const std::string& vehicle, const render::Camera& camera);
+
+  /// Each layer is a sensor of that name. `masks`: write masks; else invalid pixels stand as they are.
+  Result<void> add(render::Frame frame, std::int64_t time_ns, const std::string& vehicle, bool masks);
+  Result<void> add_rejected(const std::vector<std::string>& sensors, std::int64_t time_ns, const std::string& vehicle, const std::string& reason);
+
+  /// Waits until all is written. Must be called; until then the last frames may be missing.
+  Result<void> finish();
+
+ private:
+  explicit Dataset(std::filesystem::path folder) : folder_(std::move(folder)) {}
+  Result<void> append_oldest();
+
+  std::filesystem::path folder_;
+  struct CloseFile {
+    void operator()(std::FILE* file) const noexcept { std::fclose(file); }
+  };
+  std::unique_ptr<std::FILE, CloseFile> records_;
+  std::deque<std::future<Result<std::string>>> pending_;  // each gives its frame's records
+};
+
+}  // namespace nadir::record

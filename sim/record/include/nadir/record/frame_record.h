@@ -1,0 +1,27 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "nadir/render/frame.h"
+
+namespace nadir::record {
+
+/// What a dataset knows of a frame beside its truth.
+struct FrameFile {
+  std::string file;       // path in the dataset
+  std::string mask_file;  // empty where every pixel is valid, or invalid ones were filled
+  std::string vehicle, sensor;
+  std::int64_t time_ns = 0;
+};
+
+/// "xxh3:<16 hex digits>": XXH3-64 of a layer's samples, in rows from the top, little-endian, then of its validity bytes.
+std::string checksum(const render::FrameLayer& layer);
+
+/// One line of frames.jsonl, without the line feed: all of a frame's truth. `frames.schema.json` describes it.
+std::string frame_record(const FrameFile& file, const render::FrameLayer& layer);
+
+/// The line of a frame that was not made, and why.
+std::string rejected_frame_record(const FrameFile& file, const std::string& reason);
+
+}  // namespace nadir::record

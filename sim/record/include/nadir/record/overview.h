@@ -1,0 +1,41 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <vector>
+
+#include "nadir/base/result.h"
+#include "nadir/render/renderer.h"
+
+namespace nadir::record {
+
+/// Pictures of a dataset for people: a contact sheet of each layer, and the camera's path and footprints over each map.
+///
+/// Keeps poses, not images: the thumbnails and the maps below the footprints are rendered anew, small.
+class Overview {
+ public:
+  /// `frames_to_come`: about as many calls of `add` as there will be; from them the frames shown are chosen evenly.
+  Overview(const render::Scene& scene, const render::Camera& camera, std::size_t frames_to_come);
+
+  void add(const render::Frame& frame, std::int64_t time_ns);
+
+  /// Writes contact_<layer>.png and footprints_<layer>.png.
+  Result<void> write(render::Renderer& renderer, const std::filesystem::path& folder) const;
+
+ private:
+  struct Seen {
+    std::int64_t time_ns;
+    render::CameraPose ecef_from_camera;
+    std::vector<Eigen::Vector2d> outline_m;  // east, north
+  };
+  Result<void> write_contact_sheet(render::Renderer& renderer, const render::Layer& layer, const std::filesystem::path& path) const;
+  Result<void> write_footprints(render::Renderer& renderer, const render::Layer& layer, const std::filesystem::path& path) const;
+
+  render::Scene scene_;
+  render::Camera camera_;
+  std::size_t path_stride_, shown_stride_, added_ = 0;
+  std::vector<Eigen::Vector2d> path_m_;  // east, north of the camera
+  std::vector<Seen> shown_;
+};
+
+}  // namespace nadir::record

@@ -1,0 +1,97 @@
+#include "nadir/record/dataset.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+
+#include "nadir/base/files.h"
+#include "nadir/record/image_files.h"
+
+namespace nadir::record {
+namespace fs = std::filesystem;
+namespace {
+
+/// Frames that may wait to be written: enough to render one while another is compressed.
+constexpr std::size_t most_pending = 2;
+
+bool fits_png(const render::FrameLayer& layer) {
+  return (layer.type == tile::SampleType::UInt8 || layer.type == tile::SampleType::UInt16) && layer.bands <= 4;
+}
+
+Result<std::string> write_layer(const ImageFiles& images, const fs::path& folder, const render::FrameLayer& layer, FrameFile file, bool mask) {
+  const std::string stem = fmt::format("frames/{}/{}/{:015}", file.vehicle, file.sensor, file.time_ns);
+  file.file = stem + (fits_png(layer) ? ".png" : ".tif");
+  if (auto ok = images.write(folder / file.file, {layer.samples.data(), layer.type, layer.width, layer.height, layer.bands}); !ok) return fail(ok);
+  if (mask && layer.truth.valid_fraction < 1) {
+    std::vector<std::uint8_t> grey(layer.validity.size());
+    std::transform(layer.validity.begin(), layer.validity.end(), grey.begin(), [](std::uint8_t v) { return v ? 255 : 0; });
+    file.mask_file = stem + ".mask.png";
+    if (auto ok = images.write(folder / file.mask_file, {grey.data(), tile::SampleType::UInt8, layer.width, layer.height, 1}); !ok) return fail(ok);
+  }
+  return frame_record(file, layer) + "\n";
+}
+
+}  // namespace
+
+Result<Dataset> Dataset::create(const fs::path& folder, bool force) {
+  if (auto ok = refuse_to_overwrite(folder, force); !ok) return fail(ok);
+  std::error_code error;
+  if (fs::exists(folder / "frames.jsonl", error)) {
+    fs::remove_all(folder / "frames", error);
+    fs::remove(folder / "frames.jsonl", error);
+  }
+  fs::create_directories(folder, error);
+  if (error) return fail(Error::Kind::Io, fmt::format("{}: cannot make this folder: {}", folder.string(), error.message()));
+  Dataset dataset(folder);
+  dataset.records_.reset(std::fopen((folder / "frames.jsonl").c_str(), "wb"));
+  if (!dataset.records_) return fail(Error::Kind::Io, fmt::format("{}: cannot write: {}", (folder / "frames.jsonl").string(), std::strerror(errno)));
+  return dataset;
+}
+
+Result<void> Dataset::add_camera(const std::string& vehicle, const render::Camera& camera) {
+  return write_file(folder_ / "camera" / vehicle / (camera.name() + ".yaml"), camera.to_yaml());
+}
+
+Result<void> Dataset::add(render::Frame frame, std::int64_t time_ns, const std::string& vehicle, bool masks) {
+  const auto images = image_files();
+  if (!images) return fail(images);
+  while (pending_.size() >= most_pending)
+    if (auto ok = append_oldest(); !ok) return ok;
+  pending_.push_back(std::async(std::launch::async, [images = *images, folder = folder_, frame = std::move(frame), time_ns, vehicle, masks]() -> Result<std::string> {
+    std::string lines;
+    for (const render::FrameLayer& layer : frame.layers()) {
+      const auto line = write_layer(*images, folder, layer, {{}, {}, vehicle, layer.name, time_ns}, masks);
+      if (!line) return line;
+      lines += *line;
+    }
+    return lines;
+  }));
+  return {};
+}
+
+Result<void> Dataset::add_rejected(const std::vector<std::string>& sensors, std::int64_t time_ns, const std::string& vehicle, const std::string& reason) {
+  std::string lines;
+  for (const std::string& sensor : sensors) lines += rejected_frame_record({{}, {}, vehicle, sensor, time_ns}, reason) + "\n";
+  pending_.push_back(std::async(std::launch::deferred, [lines]() -> Result<std::string> { return lines; }));
+  return {};
+}
+
+Result<void> Dataset::append_oldest() {
+  const Result<std::string> lines = pending_.front().get();
+  pending_.pop_front();
+  if (!lines) return fail(lines);
+  const bool written = std::fwrite(lines->data(), 1, lines->size(), records_.get()) == lines->size() && std::fflush(records_.get()) == 0;
+  if (written) return {};
+  return fail(Error::Kind::Io, fmt::format("{}: writing failed: {}; the frames listed so far are whole", (folder_ / "frames.jsonl").string(), std::strerror(errno)));
+}
+
+Result<void> Dataset::finish() {
+  Result<void> first;
+  while (!pending_.empty())
+    if (auto ok = append_oldest(); !ok && first) first = ok;
+  return first;
+}
+
+}  // namespace nadir::record
