@@ -1,0 +1,147 @@
+#include "nadir/render/patches.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/LU>
+#include <cmath>
+
+namespace nadir::render {
+namespace {
+
+using geodesy::Geodetic, geodesy::Projection, geodesy::YawPitchRoll;
+
+struct View {
+  const char* crs;
+  double lat_deg, lon_deg, height_m, yaw_deg, pitch_deg, roll_deg;
+};
+
+ExactChain chain_of(const View& view, int width = 640, int height = 480, double focal_px = 500) {
+  const Geodetic origin = Geodetic::degrees(view.lat_deg, view.lon_deg, 0);
+  Geodetic place = origin;
+  place.height_m = view.height_m;
+  return ExactChain(Camera::pinhole(width, height, focal_px, focal_px, width * 0.5, height * 0.5).value(),
+                    camera_pose(place, YawPitchRoll::degrees(view.yaw_deg, view.pitch_deg, view.roll_deg)), Plane(origin, 0));
+}
+
+/// Greatest backward error at every pixel centre, and how many pixels each kind of patch has.
+struct Outcome {
+  double worst_px = 0;
+  std::array<std::int64_t, 4> pixels{};
+};
+
+Outcome check_every_pixel(const ExactChain& chain, const Projection& projection, const PatchMapping& mapping) {
+  Outcome outcome;
+  for (const Patch& patch : mapping.patches) {
+    outcome.pixels[static_cast<std::size_t>(patch.kind)] += static_cast<std::int64_t>(patch.rect.width) * patch.rect.height;
+    if (patch.kind != Patch::Kind::Homography) continue;
+    std::vector<Eigen::Vector2d> image;
+    for (int y = 0; y < patch.rect.height; ++y)
+      for (int x = 0; x < patch.rect.width; ++x) image.emplace_back(patch.rect.x + x + 0.5, patch.rect.y + y + 0.5);
+    std::vector<Eigen::Vector2d> crs(image.size());
+    chain.crs_from_image(projection, image, crs);
+    for (std::size_t i = 0; i < image.size(); ++i) {
+      const Eigen::Vector2d offset = image[i] - patch.corner();
+      const Eigen::Vector2d error = crs[i] - patch.crs_origin - apply(patch.crs_from_image, offset);
+      outcome.worst_px = std::max(outcome.worst_px, (jacobian(patch.crs_from_image, offset).inverse() * error).norm());
+    }
+  }
+  return outcome;
+}
+
+TEST(Patches, KeepTheToleranceAtEveryPixel) {
+  const View views[] = {{"EPSG:4326", 38.1, -0.76, 3000, 20, 0, 0},    {"EPSG:4326", 70, 30, 20000, 200, 60, 10},
+                        {"EPSG:3857", 60, 10, 8000, 77, 45, -20},      {"EPSG:32614", 47, -99, 12000, 300, 65, 0},
+                        {"EPSG:32614", 47, -95, 50000, 10, 20, 30},    {"EPSG:3031", -80, 100, 30000, 0, 50, 0},
+                        {"EPSG:26914", 47, -99, 100, 45, 85, 5}};
+  double worst_of_all = 0;
+  for (const double tolerance : {1.0, 0.05, 1e-3})
+    for (const View& view : views) {
+      const auto projection = Projection::from_definition(view.crs).value();
+      const ExactChain chain = chain_of(view);
+      const PatchMapping mapping = map_patches(chain, projection, tolerance, {});
+      const Outcome outcome = check_every_pixel(chain, projection, mapping);
+      EXPECT_LE(outcome.worst_px, tolerance) << view.crs << " pitch " << view.pitch_deg;
+      std::int64_t total = 0;
+      for (const auto n : outcome.pixels) total += n;
+      EXPECT_EQ(total, 640 * 480) << "patches tile the image";
+      worst_of_all = std::max(worst_of_all, outcome.worst_px / tolerance);
+    }
+  EXPECT_GE(worst_of_all, 0.3) << "these views no longer exercise the bound";
+}
+
+TEST(Patches, ASmallLevelViewIsOneHomographyWithThirteenExactPoints) {
+  const auto projection = Projection::from_definition("EPSG:32614").value();
+  const PatchMapping mapping = map_patches(chain_of({"", 47, -99, 300, 20, 0, 0}), projection, 0.05, {});
+  ASSERT_EQ(mapping.patches.size(), 1u);
+  EXPECT_EQ(mapping.patches[0].kind, Patch::Kind::Homography);
+  EXPECT_EQ(mapping.exact_points, 13);
+}
+
+TEST(Patches, TheHorizonSplitsGroundFromSkyAtTheRightPixel) {
+  // Looking at the horizon: pitch 90 puts the optical axis level, so rows above the middle see sky.
+  const ExactChain chain = chain_of({"", 10, 20, 100, 0, 90, 0});
+  const auto projection = Projection::from_definition("EPSG:4326").value();
+  const PatchMapping mapping = map_patches(chain, projection, 0.05, {});
+  for (const Patch& patch : mapping.patches) {
+    if (patch.kind == Patch::Kind::NoGround) {
+      EXPECT_LE(patch.rect.y + patch.rect.height, 248) << "within a smallest patch of row 240";
+    } else if (patch.kind == Patch::Kind::Homography) {
+      EXPECT_GE(patch.rect.y, 240);
+    } else {
+      ASSERT_EQ(patch.kind, Patch::Kind::PerPixel);
+      for (int y = 0; y < patch.rect.height; ++y)
+        for (int x = 0; x < patch.rect.width; ++x)
+          EXPECT_TRUE(patch.rect.y + y >= 240 || !patch.crs[static_cast<std::size_t>(y * patch.rect.width + x)].allFinite());
+    }
+  }
+}
+
+TEST(Patches, ACameraBelowThePlaneOrLookingUpSeesNoGround) {
+  const auto projection = Projection::from_definition("EPSG:4326").value();
+  for (const View& view : {View{"", 10, 20, -5, 0, 0, 0}, View{"", 10, 20, 0, 0, 0, 0}, View{"", 10, 20, 500, 0, 180, 0}}) {
+    const PatchMapping mapping = map_patches(chain_of(view), projection, 0.05, {});
+    ASSERT_EQ(mapping.patches.size(), 1u);
+    EXPECT_EQ(mapping.patches[0].kind, Patch::Kind::NoGround);
+    EXPECT_EQ(mapping.exact_points, 0);
+  }
+}
+
+TEST(Patches, WhatSeesNoMapIsNotMapped) {
+  const auto projection = Projection::from_definition("EPSG:32614").value();
+  const ExactChain chain = chain_of({"", 47, -99, 300, 0, 0, 0});
+  const PlaneExtent far{Eigen::AlignedBox2d(Eigen::Vector2d(5000, 5000), Eigen::Vector2d(6000, 6000)), true};
+  const PlaneExtent near{Eigen::AlignedBox2d(Eigen::Vector2d(-10, -10), Eigen::Vector2d(10, 10)), true};
+  EXPECT_EQ(map_patches(chain, projection, 0.05, {far}).patches.at(0).kind, Patch::Kind::OffMap);
+  EXPECT_EQ(map_patches(chain, projection, 0.05, {far}).exact_points, 0);
+  EXPECT_EQ(map_patches(chain, projection, 0.05, {far, near}).patches.at(0).kind, Patch::Kind::Homography);
+  EXPECT_EQ(map_patches(chain, projection, 0.05, {far, {{}, false}}).patches.at(0).kind, Patch::Kind::Homography) << "an extent without bound is never left out";
+}
+
+TEST(Patches, AcrossTheAntimeridianAPatchNeverSpansTheWorld) {
+  auto projection = Projection::from_definition("EPSG:4326").value();
+  projection.wrap_around(0);  // a map of the world: longitudes jump at 180
+  const ExactChain chain = chain_of({"", 10, 180, 20000, 30, 0, 0});
+  const PatchMapping mapping = map_patches(chain, projection, 0.05, {});
+  EXPECT_LE(check_every_pixel(chain, projection, mapping).worst_px, 0.05);
+  for (const Patch& patch : mapping.patches)
+    if (patch.kind == Patch::Kind::Homography) {
+      const Eigen::Vector2d far = apply(patch.crs_from_image, Eigen::Vector2d(patch.rect.width, patch.rect.height));
+      EXPECT_LT(far.norm(), 1.0) << "degrees";
+    }
+}
+
+TEST(PlaneExtent, HoldsTheMap) {
+  const Plane plane(Geodetic::degrees(47, -99, 0), 0);
+  const auto projection = Projection::from_definition("EPSG:4326").value();
+  const Eigen::Affine2d crs_from_texel = Eigen::Translation2d(-99.1, 47.1) * Eigen::Scaling(0.001, -0.001);
+  const PlaneExtent extent = plane_extent(plane, projection, crs_from_texel, 200, 200);
+  ASSERT_TRUE(extent.bounded);
+  // 0.1 degrees: 7.6 km east, 11.1 km north at this latitude
+  EXPECT_NEAR(extent.box.max().x(), 7600, 250);
+  EXPECT_NEAR(extent.box.min().y(), -11120, 350);
+  EXPECT_FALSE(plane_extent(plane, projection, Eigen::Translation2d(-180, 90) * Eigen::Affine2d(Eigen::Scaling(1.0, -1.0)), 360, 180).bounded)
+      << "no plane reaches around the world";
+}
+
+}  // namespace
+}  // namespace nadir::render
