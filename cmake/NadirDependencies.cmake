@@ -1,29 +1,5 @@
 # What must be there, and what may be missing. `cmake/setup.sh deps` installs all of it.
-list(APPEND CMAKE_MODULE_PATH /usr/share/cmake/geographiclib)  # where Debian keeps FindGeographicLib.cmake
-
-find_package(GDAL 3.6 REQUIRED)
-find_package(Eigen3 3.4 REQUIRED)
-find_package(TBB REQUIRED)
-find_package(GeographicLib REQUIRED)
-find_package(fmt REQUIRED)
-find_package(tl-expected REQUIRED)
-find_package(yaml-cpp REQUIRED)
-find_package(nlohmann_json REQUIRED)
-find_package(CLI11 QUIET)
-find_library(XXHASH_LIBRARY xxhash REQUIRED)
-find_path(XXHASH_INCLUDE_DIR xxhash.h REQUIRED)
-add_library(nadir_xxhash INTERFACE IMPORTED)
-target_include_directories(nadir_xxhash INTERFACE ${XXHASH_INCLUDE_DIR})
-target_link_libraries(nadir_xxhash INTERFACE ${XXHASH_LIBRARY})
-
-if(NOT TARGET GeographicLib::GeographicLib)
-  add_library(GeographicLib::GeographicLib INTERFACE IMPORTED)
-  target_include_directories(GeographicLib::GeographicLib INTERFACE ${GeographicLib_INCLUDE_DIRS})
-  target_link_libraries(GeographicLib::GeographicLib INTERFACE ${GeographicLib_LIBRARIES})
-endif()
-if(NOT TARGET yaml-cpp::yaml-cpp)  # version 0.7 exports the bare name
-  add_library(yaml-cpp::yaml-cpp ALIAS yaml-cpp)
-endif()
+include(NadirRequired)
 
 # nadir_optional(<option> <description> <what is missing, empty when all is there>)
 # An optional part: on where its dependencies are, off with a message where one is missing.
@@ -46,6 +22,7 @@ endif()
 nadir_optional(NADIR_IMAGES "image files: frames, contact sheets and maps with footprints" "${missing}")
 
 set(missing)
+find_package(CLI11 QUIET)
 if(NOT CLI11_FOUND)
   set(missing CLI11)
 endif()
@@ -65,4 +42,15 @@ if(NOT benchmark_FOUND)
 endif()
 nadir_optional(NADIR_BENCH "the benchmarks" "${missing}")
 
-find_package(OpenCV QUIET COMPONENTS core imgproc)  # a peer in tests and benchmarks, never in the libraries
+# A peer in tests and benchmarks, never in the libraries. Debian keeps OpenCV's CMake files in a package that brings in all of
+# its windows and codecs: the two libraries are enough.
+find_path(OPENCV_INCLUDE_DIR opencv2/imgproc.hpp PATH_SUFFIXES opencv4)
+find_library(OPENCV_IMGPROC opencv_imgproc)
+find_library(OPENCV_CORE opencv_core)
+if(OPENCV_INCLUDE_DIR AND OPENCV_IMGPROC AND OPENCV_CORE)
+  add_library(nadir_opencv INTERFACE IMPORTED)
+  target_include_directories(nadir_opencv INTERFACE ${OPENCV_INCLUDE_DIR})
+  target_link_libraries(nadir_opencv INTERFACE ${OPENCV_IMGPROC} ${OPENCV_CORE})
+else()
+  message(STATUS "no OpenCV: the comparison with it is left out of tests and benchmarks")
+endif()

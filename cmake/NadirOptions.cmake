@@ -1,3 +1,5 @@
+include(GNUInstallDirs)
+
 # How every target of this project is compiled. Nothing here is set globally but the output folder.
 option(NADIR_WARNINGS_AS_ERRORS "Stop at warnings" OFF)
 set(NADIR_SANITIZE "" CACHE STRING "Sanitizers to build with, for instance address,undefined")
@@ -49,4 +51,3 @@ function(nadir_program name)
   target_link_libraries(${name} PRIVATE ${ARG_LIBS} nadir_options)
   install(TARGETS ${name} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 endfunction()
-include(GNUInstallDirs)

@@ -30,8 +30,17 @@ struct CellIndex {
   int cell, at;
 };
 
+/// Weighted sums of one pixel. A local of the loop, so that they stay in registers: stores of bytes might alias a member.
+template <int FixedBands>
+struct Accumulator {
+  float sum[FixedBands > 0 ? FixedBands : most_bands];
+  float total;  // weight of the valid texels
+};
+
 template <class T, int FixedBands, bool Masked>
 class BlockSampler {
+  using Sums = Accumulator<FixedBands>;
+
  public:
   BlockSampler(const BlockSampling& block, int all_bands, int first_band, int bands)
       : block_(block), all_bands_(all_bands), first_band_(first_band), bands_(bands) {
@@ -49,8 +58,9 @@ class BlockSampler {
       const double right = block_.level_at_corner[1] + down * (block_.level_at_corner[2] - block_.level_at_corner[1]);
       const double step = (right - left) / block_.width;
       for (int x = 0; x < block_.width; ++x) {
-        const bool valid = pixel(x, y, static_cast<float>(left + step * (x + 0.5)));
-        store(row + static_cast<std::ptrdiff_t>(x) * all_bands_, valid, decibel);
+        Sums sums;
+        const bool valid = pixel(x, y, static_cast<float>(left + step * (x + 0.5)), sums);
+        store(row + static_cast<std::ptrdiff_t>(x) * all_bands_, valid, decibel, sums);
         row_validity[x] = valid;
       }
     }
@@ -59,8 +69,8 @@ class BlockSampler {
  private:
   int bands() const { return FixedBands > 0 ? FixedBands : bands_; }
 
-  /// Leaves the pixel's weighted sums in sum_ and total_; false where it is not valid.
-  bool pixel(int x, int y, float level) {
+  /// Adds the pixel up; false where it is not valid.
+  bool pixel(int x, int y, float level, Sums& sums) const {
     double u = 0, v = 0;
     Eigen::Matrix2d jacobian;
     const bool several = block_.samples_x * block_.samples_y > 1;
@@ -82,14 +92,14 @@ class BlockSampler {
     }
     if (!block_.inside && !(u >= 0 && v >= 0 && u <= block_.map_width && v <= block_.map_height)) return false;
 
-    std::fill_n(sum_, bands(), 0.0f);
-    total_ = 0;
+    std::fill_n(sums.sum, bands(), 0.0f);
+    sums.total = 0;
     // The two levels around the coordinate
     const int last = static_cast<int>(frames_.size()) - 1;
     const float above_finest = level - static_cast<float>(block_.levels[0].level);
     if (block_.nearest) {
-      nearest(frames_[static_cast<std::size_t>(std::clamp(static_cast<int>(above_finest + 0.5f), 0, last))], u, v);
-      return total_ >= 0.5f;
+      nearest(frames_[static_cast<std::size_t>(std::clamp(static_cast<int>(above_finest + 0.5f), 0, last))], u, v, sums);
+      return sums.total >= 0.5f;
     }
     const int finer = std::clamp(static_cast<int>(above_finest), 0, last);
     const float blend = finer < last ? std::clamp(above_finest - static_cast<float>(finer), 0.0f, 1.0f) : 0.0f;
@@ -103,14 +113,14 @@ class BlockSampler {
           su = std::clamp(u + jacobian(0, 0) * ox + jacobian(0, 1) * oy, 0.0, block_.map_width);
           sv = std::clamp(v + jacobian(1, 0) * ox + jacobian(1, 1) * oy, 0.0, block_.map_height);
         }
-        if (blend < 1) bilinear(fine, su, sv, weight_ * (1 - blend));
-        if (blend > 0) bilinear(frames_[static_cast<std::size_t>(finer) + 1], su, sv, weight_ * blend);
+        if (blend < 1) bilinear(fine, su, sv, weight_ * (1 - blend), sums);
+        if (blend > 0) bilinear(frames_[static_cast<std::size_t>(finer) + 1], su, sv, weight_ * blend, sums);
       }
     }
-    return total_ >= 0.5f;
+    return sums.total >= 0.5f;
   }
 
-  void bilinear(const WindowFrame& frame, double u, double v, float weight) {
+  [[gnu::always_inline]] void bilinear(const WindowFrame& frame, double u, double v, float weight, Sums& sums) const {
     // Whole texels in double; only the fraction between two of them becomes float.
     const double x = std::max(u * frame.per_texel_x - frame.first_x - 0.5, -1.0);
     const double y = std::max(v * frame.per_texel_y - frame.first_y - 0.5, -1.0);
@@ -126,32 +136,32 @@ class BlockSampler {
         const std::uint8_t* valid = cell.validity.data() + at;
         w[0] *= valid[0], w[1] *= valid[1], w[2] *= valid[cell_stride], w[3] *= valid[cell_stride + 1];
       }
-      total_ += w[0] + w[1] + w[2] + w[3];
+      sums.total += w[0] + w[1] + w[2] + w[3];
     } else {
-      total_ += weight;
+      sums.total += weight;
     }
     const int pitch = FixedBands > 0 ? FixedBands : all_bands_;
     const T* top = cell.data<T>() + at * static_cast<std::size_t>(pitch) + first_band_;
     const T* bottom = top + static_cast<std::size_t>(cell_stride) * static_cast<std::size_t>(pitch);
     for (int b = 0; b < bands(); ++b)
-      sum_[b] += w[0] * static_cast<float>(top[b]) + w[1] * static_cast<float>(top[b + pitch]) +
+      sums.sum[b] += w[0] * static_cast<float>(top[b]) + w[1] * static_cast<float>(top[b + pitch]) +
                  (w[2] * static_cast<float>(bottom[b]) + w[3] * static_cast<float>(bottom[b + pitch]));
   }
 
-  void nearest(const WindowFrame& frame, double u, double v) {
+  void nearest(const WindowFrame& frame, double u, double v, Sums& sums) const {
     const CellIndex cx(static_cast<int>(std::max(u * frame.per_texel_x - frame.first_x, 0.0)), frame.window.cols);
     const CellIndex cy(static_cast<int>(std::max(v * frame.per_texel_y - frame.first_y, 0.0)), frame.window.rows);
     const tile::Cell& cell = *frame.window.cells[static_cast<std::size_t>(cy.cell) * static_cast<std::size_t>(frame.window.cols) + static_cast<std::size_t>(cx.cell)];
     const std::size_t at = static_cast<std::size_t>(cy.at) * cell_stride + static_cast<std::size_t>(cx.at);
     if (Masked && !cell.all_valid && !cell.validity[at]) return;
-    total_ = 1;
+    sums.total = 1;
     const T* texel = cell.data<T>() + at * static_cast<std::size_t>(all_bands_) + first_band_;
-    for (int b = 0; b < bands(); ++b) sum_[b] = static_cast<float>(texel[b]);
+    for (int b = 0; b < bands(); ++b) sums.sum[b] = static_cast<float>(texel[b]);
   }
 
-  void store(T* out, bool valid, bool decibel) const {
+  void store(T* out, bool valid, bool decibel, const Sums& sums) const {
     for (int b = 0; b < bands(); ++b) {
-      const float mean = valid ? sum_[b] / total_ : 0.0f;
+      const float mean = valid ? sums.sum[b] / sums.total : 0.0f;
       if constexpr (std::is_floating_point_v<T>) {
         out[b] = decibel && valid ? 10.0f * std::log10(mean) : mean;
       } else {
@@ -165,8 +175,6 @@ class BlockSampler {
   const int all_bands_, first_band_, bands_;
   std::vector<WindowFrame> frames_;
   float weight_ = 1;
-  float sum_[FixedBands > 0 ? FixedBands : most_bands];
-  float total_ = 0;
 };
 
 template <class T, bool Masked>

@@ -1,0 +1,107 @@
+"""The command from maps to a dataset: what it writes follows the schemas and does not depend on threads or memory."""
+import csv
+import filecmp
+import hashlib
+import json
+import os
+import pathlib
+import subprocess
+import tempfile
+import unittest
+
+import jsonschema
+
+NADIR = os.environ["NADIR_BIN"]
+SOURCE = pathlib.Path(os.environ["NADIR_SOURCE_DIR"])
+MAPS = SOURCE / "sim/demo/maps"
+RUNS = SOURCE / "sim/demo/runs"
+
+
+def nadir(*arguments):
+    return subprocess.run([NADIR, *map(str, arguments)], capture_output=True, text=True, timeout=120)
+
+
+def spain(out, *more):
+    return nadir("render", "--map", MAPS / "spain_s2.tif", "--name", "optical", "--bands", "B4,B3,B2", "--output", "uint8", "--range", "0,2500",
+                 "--map", MAPS / "spain_s1.tif", "--name", "radar", "--bands", "VV",
+                 "--camera", RUNS / "rgb.yaml", "--poses", RUNS / "spain.csv", "--first", 3, "-o", out, "--no-pictures", *more)
+
+
+def frames_of(folder):
+    return {p.relative_to(folder): hashlib.sha256(p.read_bytes()).hexdigest() for p in sorted(folder.glob("frames/**/*.*"))}
+
+
+def records_of(folder):
+    return [json.loads(line) for line in (folder / "frames.jsonl").read_text().splitlines()]
+
+
+class Dataset(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.out = pathlib.Path(self.folder.name)
+
+    def tearDown(self):
+        self.folder.cleanup()
+
+    def test_records_follow_the_schema(self):
+        schema = json.loads((SOURCE / "sim/record/frames.schema.json").read_text())
+        jsonschema.Draft7Validator.check_schema(schema)
+        done = spain(self.out / "a")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        records = records_of(self.out / "a")
+        self.assertEqual([(r["sensor"], r["time_ns"]) for r in records],
+                         [(s, t * 5_000_000_000) for t in range(3) for s in ("optical", "radar")])
+        for record in records:
+            jsonschema.validate(record, schema)
+            self.assertTrue((self.out / "a" / record["file"]).is_file())
+        broken = dict(records[0], time_ns="0")
+        with self.assertRaises(jsonschema.ValidationError):
+            jsonschema.validate(broken, schema)
+
+    def test_layers_of_one_pose_agree_on_geometry(self):
+        self.assertEqual(spain(self.out / "a").returncode, 0)
+        optical, radar = records_of(self.out / "a")[:2]
+        for key in ("pose", "footprint", "map_pixel_from_image_pixel", "camera_matrix"):
+            self.assertEqual(optical[key], radar[key], key)
+
+    def test_truth_holds_the_pose_that_was_asked_for(self):
+        self.assertEqual(spain(self.out / "a", "--plane-height", "100").returncode, 0)
+        rows = list(csv.DictReader(line for line in (RUNS / "spain.csv").read_text().splitlines() if not line.startswith("#")))
+        for row, record in zip(rows, records_of(self.out / "a")[::2]):
+            for key in ("lat_deg", "lon_deg", "yaw_deg", "pitch_deg", "roll_deg"):
+                self.assertAlmostEqual(float(row[key]), record["pose"][key], places=8)
+            self.assertAlmostEqual(record["pose"]["height_ellipsoid_m"], 2050, places=5)  # 1950 above a ground at 100
+
+    def test_threads_and_memory_do_not_change_a_byte(self):
+        for name, more in {"a": ["--threads", 1], "b": ["--threads", 3], "c": ["--threads", 2, "--cache", "3MiB"]}.items():
+            done = spain(self.out / name, *more)
+            self.assertEqual(done.returncode, 0, done.stderr)
+        for other in ("b", "c"):
+            self.assertEqual(frames_of(self.out / "a"), frames_of(self.out / other))
+            for one, two in zip(records_of(self.out / "a"), records_of(self.out / other)):
+                one.pop("render_ms"), two.pop("render_ms")
+                self.assertEqual(one, two)
+
+    def test_camera_file_comes_back_as_it_went_in(self):
+        self.assertEqual(spain(self.out / "a").returncode, 0)
+        written = self.out / "a/camera/vehicle/rgb.yaml"
+        done = nadir("render", "--map", MAPS / "naip_2010.tif", "--bands", "1,2,3", "--camera", written, "--poses", RUNS / "naip.csv", "--first", 1, "-o", self.out / "b", "--no-pictures")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertTrue(filecmp.cmp(written, self.out / "b/camera/vehicle/rgb.yaml", shallow=False))
+
+    def test_pictures_are_made(self):
+        done = nadir("render", "--map", MAPS / "naip_2010.tif", "--name", "eo", "--bands", "1,2,3", "--camera", RUNS / "rgb.yaml", "--poses", RUNS / "naip.csv",
+                     "--first", 2, "-o", self.out / "a")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        for name in ("contact_eo.png", "footprints_eo.png"):
+            self.assertEqual((self.out / "a" / name).read_bytes()[:4], b"\x89PNG")
+
+    def test_explain_says_what_was_left_out(self):
+        done = spain(self.out / "a", "--explain", "--json")
+        explanation = json.loads(done.stdout)["explain"]
+        self.assertTrue(any("mapping shared" in line for line in explanation["done"]), explanation)
+        self.assertTrue(any("10 bands: not asked for" in line for line in explanation["left_out"]), explanation)
+
+
+if __name__ == "__main__":
+    unittest.main()
