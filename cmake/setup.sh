@@ -71,6 +71,8 @@ case $command in
   build) deps; build "${1:-release}" ;;
   demo) deps; build release; say "demonstration"; sim/demo/run.sh build/release/nadir build/demo ;;
   test) deps; run_tests "${@:-release}" ;;
-  bench) deps; build release; for suite in build/release/*_bench; do say "$suite"; "$suite"; done ;;
+  bench) deps; build release
+    for suite in build/release/*_bench; do say "$suite"; "$suite"; done
+    say "peak memory"; bench/render/memory.py "$PWD/build/release/nadir" "$PWD" ;;
   *) sed -n '2,9s/^# \{0,1\}//p' "$0"; [ "$command" = help ] ;;
 esac
