@@ -45,11 +45,14 @@ TEST(CameraFile, FaultsNameTheirLine) {
   const std::string unknown = message(replaced(ros_file, "camera_name", "camera_nmae"));
   EXPECT_NE(unknown.find("c.yaml:3: unknown key 'camera_nmae'; did you mean 'camera_name'?"), std::string::npos) << unknown;
   EXPECT_NE(message(replaced(ros_file, "  data: [500.25, 0,", "  data: [500.25,")).find("expected 9 finite numbers, found 8"), std::string::npos);
-  EXPECT_NE(message(replaced(ros_file, "data: [0, 0, 0, 0, 0]", "data: [-0.3, 0, 0, 0, 0]")).find("c.yaml:10: lens distortion is not modelled"), std::string::npos);
+  EXPECT_NE(message(replaced(ros_file, "data: [0, 0, 0, 0, 0]", "data: [-0.3, 0, 0, 0, 0]")).find("c.yaml:9: 'distortion_coefficients': lens distortion is not modelled"), std::string::npos);
   EXPECT_NE(message(replaced(ros_file, "500.25, 0, 319.5", "-1, 0, 319.5")).find("positive focal lengths"), std::string::npos);
   EXPECT_NE(message(replaced(ros_file, "500.25, 0, 319.5", ".nan, 0, 319.5")).find("finite"), std::string::npos);
   EXPECT_NE(message(replaced(ros_file, "image_width: 640", "image_width: wide")).find("c.yaml:1: 'image_width'"), std::string::npos);
   EXPECT_NE(message(replaced(ros_file, "image_width: 640\n", "")).find("expected the key 'image_width'"), std::string::npos);
+  const std::string two = message(replaced(replaced(ros_file, "camera_name", "camera_nmae"), "image_width: 640", "image_width: wide"));
+  EXPECT_NE(two.find("c.yaml:1:"), std::string::npos) << "all faults at once";
+  EXPECT_NE(two.find("c.yaml:3:"), std::string::npos);
   EXPECT_NE(message("image_width: [unclosed").find("c.yaml:1"), std::string::npos);
   EXPECT_NE(message("just text").find("expected"), std::string::npos);
   EXPECT_NE(message("").find("expected"), std::string::npos);
