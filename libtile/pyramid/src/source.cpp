@@ -52,9 +52,7 @@ Result<void> choose_bands(Source& source, std::vector<int> numbers) {
   for (const int number : numbers) {
     const tile::Band& band = bands[static_cast<std::size_t>(number) - 1];
     if (!band.sample_type)
-      return fail(Error::Kind::Unsupported, fmt::format("{}: band {} is complex or of signed bytes, which is not rendered; convert it first, complex "
-                                                        "samples to their magnitude, bytes with gdal_translate -ot Int16",
-                                                        source.label, number));
+      return fail(Error::Kind::Unsupported, fmt::format("{}: band {} {}", source.label, number, band.why_not_rendered()));
     if (band.stored_type != first.stored_type)
       return fail(Error::Kind::Unsupported, fmt::format("{}: band {} has type {} and band {} has type {}, and one map holds one type; choose among them with --bands",
                                                         source.label, numbers.front(), first.stored_type, number, band.stored_type));

@@ -25,14 +25,14 @@ std::string first_metadata(GDALDataset& dataset, std::initializer_list<const cha
   return {};
 }
 
+/// Before version 3.7 GDAL hands out signed bytes as unsigned ones, with a note.
+bool holds_signed_bytes_as_unsigned(GDALRasterBand& band) { return metadata(band, "PIXELTYPE", "IMAGE_STRUCTURE") == "SIGNEDBYTE"; }
+
 std::optional<SampleType> sample_type_of_band(GDALRasterBand& band) {
   const GDALDataType type = band.GetRasterDataType();
-  if (GDALDataTypeIsComplex(type)) return std::nullopt;
+  if (GDALDataTypeIsComplex(type) || holds_signed_bytes_as_unsigned(band)) return std::nullopt;
   switch (type) {
-    case GDT_Byte:
-      // Before version 3.7 GDAL hands out signed bytes as unsigned ones, with a note.
-      if (metadata(band, "PIXELTYPE", "IMAGE_STRUCTURE") == "SIGNEDBYTE") return std::nullopt;
-      return SampleType::UInt8;
+    case GDT_Byte: return SampleType::UInt8;
     case GDT_UInt16: return SampleType::UInt16;
     case GDT_Int16: return SampleType::Int16;
     default: break;
@@ -54,7 +54,7 @@ std::optional<double> nodata_of_band(GDALRasterBand& band) {
 Band describe_band(GDALRasterBand& band) {
   Band b;
   b.name = band.GetDescription();
-  b.stored_type = GDALGetDataTypeName(band.GetRasterDataType());
+  b.stored_type = holds_signed_bytes_as_unsigned(band) ? "Int8" : GDALGetDataTypeName(band.GetRasterDataType());
   b.sample_type = sample_type_of_band(band);
   b.nodata = nodata_of_band(band);
   b.color = GDALGetColorInterpretationName(band.GetColorInterpretation());
@@ -110,7 +110,7 @@ ValiditySource describe_validity(GDALDataset& dataset) {
   if (flags & GMF_ALPHA) return ValiditySource::Alpha;
   if (flags & GMF_PER_DATASET) return ValiditySource::Mask;
   if (flags & GMF_NODATA) return ValiditySource::Nodata;
-  return ValiditySource::None;
+  return flags & GMF_ALL_VALID ? ValiditySource::None : ValiditySource::Mask;  // no flag: each band has a mask of its own
 }
 
 /// Empty, and why, where the raster cannot be placed on the Earth.
@@ -156,7 +156,7 @@ void warn(MapDescription& map) {
     const Band& band = map.bands[i];
     const std::string label = fmt::format("band {}", i + 1);
     if (!band.sample_type)
-      map.warnings.push_back(fmt::format("{} has type {}, which is not rendered", label, band.stored_type));
+      map.warnings.push_back(fmt::format("{} {}", label, band.why_not_rendered()));
     else if (*band.sample_type == SampleType::Float32 && band.stored_type != "Float32")
       map.warnings.push_back(fmt::format("{} of type {} is read as float32, exact to 24 bits", label, band.stored_type));
     if (band.color == "Palette")
@@ -196,7 +196,7 @@ Result<MapDescription> describe(const std::string& path) {
   const GdalMessages messages;
   std::vector<int> overview_of_level;
   MapDescription map = describe_dataset(**dataset, path, overview_of_level);
-  if (const std::string note = messages.first(); !note.empty()) map.warnings.push_back(note);
+  if (!messages.first().empty()) map.warnings.push_back(without_path(messages.first(), path));
   return map;
 }
 
@@ -205,6 +205,12 @@ std::vector<int> MapDescription::data_bands() const {
   for (std::size_t i = 0; i < bands.size(); ++i)
     if (bands[i].color != "Alpha") numbers.push_back(static_cast<int>(i) + 1);
   return numbers;
+}
+
+std::string Band::why_not_rendered() const {
+  const bool is_signed_byte = stored_type == "Int8";
+  return fmt::format("has type {}, which is not rendered; make a map of {} first, for instance with gdal_calc.py --calc {}", stored_type,
+                     is_signed_byte ? "16-bit samples" : "the magnitudes", is_signed_byte ? "'A.astype(int8)' --type Int16" : "'abs(A)' --type Float32");
 }
 
 Result<int> MapDescription::find_band(const std::string& name) const {

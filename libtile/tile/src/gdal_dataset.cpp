@@ -4,11 +4,35 @@
 #include <fmt/format.h>
 
 #include <filesystem>
+#include <optional>
 
 #include "nadir/base/text.h"
 #include "nadir/tile/map.h"
 
 namespace nadir::tile {
+namespace {
+
+/// While in scope, datasets opened by this thread decode in their caller's thread, whatever GDAL_NUM_THREADS says. Our own
+/// threads read side by side already, and what GDAL's tell reaches no handler of ours: it would be printed, and the cause lost.
+class DecodeInCaller {
+ public:
+  DecodeInCaller() { CPLSetThreadLocalConfigOption("GDAL_NUM_THREADS", "1"); }
+  ~DecodeInCaller() { CPLSetThreadLocalConfigOption("GDAL_NUM_THREADS", before_ ? before_->c_str() : nullptr); }
+  DecodeInCaller(const DecodeInCaller&) = delete;
+  DecodeInCaller& operator=(const DecodeInCaller&) = delete;
+
+ private:
+  static std::optional<std::string> current() {
+    const char* value = CPLGetThreadLocalConfigOption("GDAL_NUM_THREADS", nullptr);
+    return value ? std::optional<std::string>(value) : std::nullopt;
+  }
+  const std::optional<std::string> before_ = current();
+};
+
+/// Whether a warning says that texels were made up: libjpeg goes on with grey where a tile's data are damaged.
+bool tells_damage(std::string_view warning) { return warning.find("JPEGLib:") != std::string_view::npos || warning.find("libjpeg:") != std::string_view::npos; }
+
+}  // namespace
 
 GdalMessages::GdalMessages() {
   CPLPushErrorHandlerEx(&GdalMessages::collect, this);
@@ -18,16 +42,27 @@ GdalMessages::~GdalMessages() { CPLPopErrorHandler(); }
 
 void CPL_STDCALL GdalMessages::collect(CPLErr severity, CPLErrorNum, const char* message) {
   auto* self = static_cast<GdalMessages*>(CPLGetErrorHandlerUserData());
-  std::string& kept = severity >= CE_Failure ? self->error_ : self->warning_;
-  if (severity >= CE_Warning && kept.empty()) kept = trim(message);
+  if (severity < CE_Warning) return;
+  const std::string text(trim(message));
+  const bool error = severity >= CE_Failure || tells_damage(text);
+  std::string& first = error ? self->error_ : self->warning_;
+  if (first.empty()) first = text;
+  if (error) self->last_error_ = text;
 }
 
-std::string GdalMessages::first() const { return error_.empty() ? warning_ : error_; }
+std::string without_path(std::string_view message, std::string_view path) {
+  if (!message.starts_with(path)) return std::string(message);
+  message.remove_prefix(path.size());
+  while (!message.empty() && (message.front() == ':' || message.front() == ',' || message.front() == ' ')) message.remove_prefix(1);
+  return std::string(message);
+}
 
 Result<Dataset> open_raster(const std::string& path) {
   static std::once_flag registered;
   std::call_once(registered, [] { GDALAllRegister(); });
+  if (path.empty()) return fail(Error::Kind::NotFound, "expected the path of a raster, found an empty one");
   const GdalMessages messages;
+  const DecodeInCaller decode_in_caller;
   Dataset dataset{static_cast<GDALDataset*>(
       GDALOpenEx(path.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY | GDAL_OF_VERBOSE_ERROR, nullptr, nullptr, nullptr))};
   if (dataset && dataset->GetRasterCount() > 0) return dataset;
@@ -36,9 +71,10 @@ Result<Dataset> open_raster(const std::string& path) {
   if (!there && path.find(':') == std::string::npos && !path.starts_with("/vsi"))
     return fail(Error::Kind::NotFound, fmt::format("{}: no such file", path));
   if (dataset) return fail(Error::Kind::Malformed, fmt::format("{}: expected a raster, found no band in it", path));
-  const std::string reason = messages.first();
-  return fail(Error::Kind::Malformed,
-              fmt::format("{}: expected a raster that GDAL can read: {}", path, reason.empty() ? "format not recognised" : reason));
+  if (std::filesystem::is_directory(path, error))
+    return fail(Error::Kind::Malformed, fmt::format("{}: expected a raster, found a folder; `nadir build` makes one of a folder of map tiles", path));
+  return fail(Error::Kind::Malformed, fmt::format("{}: expected a raster that GDAL can read: {}; fetch it again if it may be damaged, else convert it to GeoTIFF",
+                                                  path, without_path(messages.last(), path)));
 }
 
 DatasetPool::DatasetPool(std::string path, Dataset first) : path_(std::move(path)) { idle_.push_back(std::move(first)); }

@@ -5,6 +5,7 @@
 #include <memory>
 #include <mutex>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "nadir/base/result.h"
@@ -16,7 +17,7 @@ struct CloseDataset {
 };
 using Dataset = std::unique_ptr<GDALDataset, CloseDataset>;
 
-/// Opens a raster with GDAL, its drivers registered on first use.
+/// Opens a raster with GDAL, its drivers registered on first use, for reading in the caller's thread only.
 Result<Dataset> open_raster(const std::string& path);
 
 /// Keeps GDAL's messages of this thread for an Error instead of printing them.
@@ -26,14 +27,19 @@ class GdalMessages {
   ~GdalMessages();
   GdalMessages(const GdalMessages&) = delete;
   GdalMessages& operator=(const GdalMessages&) = delete;
-  /// First error since construction (the cause; later ones follow from it), else the first warning, else empty.
-  std::string first() const;
+  /// First error since construction (while reading, the cause; later ones follow from it), else the first warning, else empty.
+  const std::string& first() const { return error_.empty() ? warning_ : error_; }
+  /// Last error since construction (while opening, the one that decided), else the first warning, else empty.
+  const std::string& last() const { return last_error_.empty() ? warning_ : last_error_; }
   bool failed() const { return !error_.empty(); }
 
  private:
   static void CPL_STDCALL collect(CPLErr severity, CPLErrorNum number, const char* message);
-  std::string error_, warning_;
+  std::string error_, last_error_, warning_;
 };
+
+/// GDAL's message about a file without the name that it often begins with, for an Error that begins with that name too.
+std::string without_path(std::string_view message, std::string_view path);
 
 /// Handles of one raster: GDAL's serve one thread at a time, so each borrower gets its own.
 /// Thread-safe.

@@ -8,6 +8,7 @@
 #include <cassert>
 #include <cmath>
 #include <limits>
+#include <string_view>
 
 #include "describe.h"
 #include "gdal_dataset.h"
@@ -18,6 +19,14 @@ namespace {
 
 /// GDAL decodes whole blocks, and a header may claim any size for them.
 constexpr std::uint64_t largest_block_bytes = 256ull << 20;
+
+/// What GDAL holds of one sample's place when it decodes a block: of all bands, where they are stored interleaved.
+std::uint64_t bytes_decoded_at_once(GDALDataset& dataset) {
+  const char* interleave = dataset.GetMetadataItem("INTERLEAVE", "IMAGE_STRUCTURE");
+  const bool together = interleave && std::string_view(interleave) == "PIXEL";
+  const auto sample = static_cast<std::uint64_t>(GDALGetDataTypeSizeBytes(dataset.GetRasterBand(1)->GetRasterDataType()));
+  return together ? sample * static_cast<std::uint64_t>(dataset.GetRasterCount()) : sample;
+}
 
 GDALDataType gdal_type(SampleType type) {
   static constexpr std::array types = {GDT_Byte, GDT_Int16, GDT_UInt16, GDT_Float32};
@@ -83,10 +92,14 @@ Result<Map> Map::open(const std::string& path) {
   MapDescription description = describe_dataset(**dataset, path, overview_of_level);
   if (!description.georeference)
     return fail(Error::Kind::Malformed, fmt::format("{}: expected a georeferenced raster, found {}", path, description.georeference_problem));
+  // GDAL goes on where it cannot read where tiles lie, and then reads zeros.
+  if (messages.failed())
+    return fail(Error::Kind::Malformed, fmt::format("{}: expected whole headers: {}; the file is damaged: fetch or build it again", path,
+                                                    without_path(messages.first(), path)));
 
+  const std::uint64_t texel_bytes = bytes_decoded_at_once(**dataset);
   for (const Level& level : description.levels) {
-    const auto sample = static_cast<std::uint64_t>(GDALGetDataTypeSizeBytes((*dataset)->GetRasterBand(1)->GetRasterDataType()));
-    const std::uint64_t bytes = static_cast<std::uint64_t>(level.tile_width) * level.tile_height * sample;
+    const std::uint64_t bytes = static_cast<std::uint64_t>(level.tile_width) * level.tile_height * texel_bytes;
     if (bytes > largest_block_bytes)
       return fail(Error::Kind::Unsupported,
                   fmt::format("{}: stored in blocks of {} x {} texels, {} each, and a view would decode whole ones; "
@@ -139,9 +152,7 @@ Result<SampleType> Map::sample_type(std::span<const int> bands) const {
       return fail(Error::Kind::NotFound, fmt::format("{}: no band {}: it has bands 1 to {}", description().path, number, description().bands.size()));
     const Band& band = description().bands[static_cast<std::size_t>(number) - 1];
     if (!band.sample_type)
-      return fail(Error::Kind::Unsupported,
-                  fmt::format("{}: band {} has type {}, which is not rendered; convert it, for instance with gdal_translate -ot Float32",
-                              description().path, number, band.stored_type));
+      return fail(Error::Kind::Unsupported, fmt::format("{}: band {} {}", description().path, number, band.why_not_rendered()));
     common = !common || *common == *band.sample_type ? *band.sample_type : SampleType::Float32;
   }
   return *common;
@@ -170,17 +181,19 @@ Result<Texels> Map::read(int level, const Window& window, std::span<const int> b
   }
   std::vector<std::uint8_t> valid(area, 1);
   const bool masked = description().validity == ValiditySource::Mask || description().validity == ValiditySource::Alpha;
-  if (status == CE_None && masked) {
-    status = shared_->band(**dataset, level, bands[0])
-                 .GetMaskBand()
-                 ->RasterIO(GF_Read, window.x, window.y, window.width, window.height, valid.data(), window.width,
-                            window.height, GDT_Byte, 0, 0, nullptr);
-    for (auto& v : valid) v = v >= 128;
+  std::vector<std::uint8_t> mask(masked ? area : 0);
+  for (std::size_t b = 0; b < bands.size() && status == CE_None && masked; ++b) {
+    GDALRasterBand& band = shared_->band(**dataset, level, bands[b]);
+    status = band.GetMaskBand()->RasterIO(GF_Read, window.x, window.y, window.width, window.height, mask.data(), window.width,
+                                          window.height, GDT_Byte, 0, 0, nullptr);
+    for (std::size_t i = 0; i < area; ++i) valid[i] = valid[i] && mask[i] >= 128;
+    if (band.GetMaskFlags() & GMF_PER_DATASET) break;  // the same one for all bands
   }
   shared_->pool.give_back(std::move(*dataset));
-  if (status != CE_None)
-    return fail(Error::Kind::Io, fmt::format("{}: level {}, texels {} to {} by {} to {} cannot be read: {}", description().path, level, window.x,
-                                             window.x + window.width, window.y, window.y + window.height, messages.first()));
+  if (status != CE_None || messages.failed())
+    return fail(Error::Kind::Io, fmt::format("{}: level {}, texels {} to {} by {} to {} cannot be read: {}; if the file is damaged, fetch or build it again",
+                                             description().path, level, window.x, window.x + window.width, window.y, window.y + window.height,
+                                             without_path(messages.first(), description().path)));
 
   with_sample_type(*type, [&]<class T>(T) {
     std::vector<std::optional<T>> nodata;

@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <cerrno>
 #include <cstdio>
+#include <cstring>
 #include <new>
 
 #include "nadir/base/text.h"
@@ -42,8 +44,10 @@ int run_command(CLI::App& app, int argc, char** argv, const std::function<Result
   }
   try {
     const auto done = run();
-    if (done) return 0;
-    print_fault(app, done.error().message);
+    const bool told = std::fflush(stdout) == 0 && !std::ferror(stdout);
+    if (!done) print_fault(app, done.error().message);
+    else if (!told) print_fault(app, fmt::format("standard output: writing failed: {}", std::strerror(errno)));
+    else return 0;
   } catch (const std::bad_alloc&) {
     print_fault(app, "out of memory; allow less with --cache, or render smaller frames");
   } catch (const std::exception& e) {

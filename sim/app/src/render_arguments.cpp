@@ -96,7 +96,7 @@ void add_render_options(CLI::App& app, RenderArguments& a) {
   app.add_option("--fill-value", a.fill_value, "with --off-map fill")->capture_default_str()->group("Rendering");
   app.add_option("--cache", a.cache, "memory for decoded map tiles")->capture_default_str()->group("Rendering");
   app.add_option("--threads", a.threads, "0: all the machine has")->capture_default_str()->check(CLI::Range(0, 1024))->group("Rendering");
-  app.add_option("--first", a.first_frames, "render only the first N poses")->group("Rendering");
+  app.add_option("--first", a.first_frames, "render only the first N poses")->check(CLI::NonNegativeNumber)->group("Rendering");
 
   app.add_option("-o,--output-folder", a.folder, "folder for frames, masks, frames.jsonl, camera file and pictures")->group("Output");
   app.add_option("--vehicle", a.vehicle, "name in the folder and the records")->capture_default_str()->group("Output");
@@ -110,6 +110,11 @@ void add_render_options(CLI::App& app, RenderArguments& a) {
       "  nadir render --map kampala.tif --bands 1,2,3 --camera rgb.yaml --poses flight.csv -o frames\n"
       "  nadir render --map s2.tif --name eo --bands B4,B3,B2 --output uint8 --range 0,3000 \\\n"
       "               --map s1.tif --name sar --role radar --bands VV --camera cam.yaml --poses flight.csv -o pair");
+}
+
+Result<void> check_names_a_file(std::string_view what, std::string_view name) {
+  if (!name.empty() && name != "." && name != ".." && name.find('/') == std::string_view::npos) return {};
+  return fail(Error::Kind::Malformed, fmt::format("{} '{}': expected a name that a file can have, without '/'", what, name));
 }
 
 Result<render::Scene> make_scene(const RenderArguments& arguments) {
@@ -151,7 +156,9 @@ Result<render::Scene> make_scene(const RenderArguments& arguments) {
     const MapArguments& m = arguments.maps[i];
     auto options = layer_options(m, maps[i]);
     if (!options) return fail(options);
-    scene = scene.with_layer(m.name.empty() ? std::filesystem::path(m.path).stem().string() : m.name, maps[i], std::move(*options));
+    const std::string name = m.name.empty() ? std::filesystem::path(m.path).stem().string() : m.name;
+    if (auto ok = check_names_a_file("--name", name); !ok) return fail(ok);
+    scene = scene.with_layer(name, maps[i], std::move(*options));
   }
   if (auto ok = scene.check(); !ok) return fail(ok);
   return scene;

@@ -2,6 +2,7 @@
 
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "command.h"
@@ -28,6 +29,9 @@ struct RenderArguments {
 
 /// Declares the options on `app`, to be parsed into `arguments`.
 void add_render_options(CLI::App& app, RenderArguments& arguments);
+
+/// Layers, vehicles and cameras name files of the dataset; `what` is for the message where `name` cannot.
+Result<void> check_names_a_file(std::string_view what, std::string_view name);
 
 /// The scene of the maps on a plane: opened, placed, checked.
 Result<render::Scene> make_scene(const RenderArguments& arguments);

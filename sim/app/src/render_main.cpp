@@ -17,7 +17,7 @@ namespace nadir::app {
 namespace {
 
 struct Summary {
-  std::size_t frames = 0, rejected = 0;
+  std::size_t frames = 0, rejected = 0, blank = 0;  // blank: frames without one valid pixel
   double seconds = 0;
   std::vector<double> frame_ms;
   render::Explanation explanation;
@@ -32,7 +32,7 @@ struct Summary {
 
 void print_json(const Summary& summary, const render::Renderer& renderer, const std::string& folder) {
   const tile::CacheCounters cache = renderer.cache_counters();
-  nlohmann::ordered_json json = {{"frames", summary.frames}, {"rejected", summary.rejected}, {"seconds", summary.seconds}, {"median_frame_ms", summary.median_ms()},
+  nlohmann::ordered_json json = {{"frames", summary.frames}, {"rejected", summary.rejected}, {"blank", summary.blank}, {"seconds", summary.seconds}, {"median_frame_ms", summary.median_ms()},
                                  {"cells_loaded", cache.loads}, {"cells_evicted", cache.evictions}, {"cache_peak_bytes", cache.peak_bytes},
                                  {"folder", folder.empty() ? nlohmann::ordered_json(nullptr) : nlohmann::ordered_json(folder)}};
   if (!summary.explanation.done.empty()) json["explain"] = {{"done", summary.explanation.done}, {"left_out", summary.explanation.left_out}};
@@ -53,6 +53,51 @@ void print_explanation(const render::Explanation& explanation) {
   for (const std::string& line : explanation.left_out) fmt::print("  {}\n", line);
 }
 
+/// Where the first camera and the first map are, for somebody whose frames show nothing.
+std::string whereabouts(const render::Scene& scene, const sim::TimedPose& pose) {
+  const geodesy::Geodetic camera = geodesy::geodetic_from_ecef({pose.ecef_from_camera.origin});
+  const tile::Map& map = scene.layers().front().source->map();
+  return fmt::format("the first camera is at {:.6f}, {:.6f} (lat, lon) and {:.6g} m, the centre of {} at {:.6f}, {:.6f}", geodesy::to_degrees(camera.lat_rad),
+                     geodesy::to_degrees(camera.lon_rad), camera.height_m, map.description().path, geodesy::to_degrees(map.center().lat_rad),
+                     geodesy::to_degrees(map.center().lon_rad));
+}
+
+bool is_blank(const render::Frame& frame) {
+  return std::all_of(frame.layers().begin(), frame.layers().end(), [](const render::FrameLayer& layer) { return layer.truth.valid_fraction == 0; });
+}
+
+/// Renders all poses, into `dataset` where there is one.
+Result<void> render_frames(const RenderArguments& arguments, const render::RenderOptions& options, const render::Scene& scene, const render::Camera& camera,
+                           const std::vector<sim::TimedPose>& poses, render::Renderer& renderer, record::Dataset* dataset, record::Overview& overview,
+                           Summary& summary) {
+  std::vector<std::string> sensors;
+  for (const render::Layer& layer : scene.layers()) sensors.push_back(layer.name);
+  Progress progress("rendering", "frames", static_cast<std::int64_t>(poses.size()), !arguments.json);
+  for (const sim::TimedPose& pose : poses) {
+    render::RenderOptions frame_options = options;
+    frame_options.explain = arguments.explain && summary.explanation.done.empty();
+    auto frame = renderer.render(scene, camera, pose.ecef_from_camera, frame_options);
+    progress.advance();
+    if (!frame && frame.error().kind == Error::Kind::OutsideMap) {
+      ++summary.rejected;
+      if (!dataset) continue;
+      if (auto ok = dataset->add_rejected(sensors, pose.time_ns, arguments.vehicle, frame.error().message); !ok) return ok;
+      continue;
+    }
+    if (!frame)
+      return fail(frame.error().kind, fmt::format("frame at {} ns: {}{}", pose.time_ns, frame.error().message,
+                                                  frame.error().kind == Error::Kind::OverBudget ? " with --cache" : ""));
+    ++summary.frames;
+    if (is_blank(*frame)) ++summary.blank;
+    summary.frame_ms.push_back(frame->truth().render_ms);
+    if (frame_options.explain) summary.explanation = frame->explanation();
+    if (!arguments.no_pictures && dataset) overview.add(*frame, pose.time_ns);
+    if (!dataset) continue;
+    if (auto ok = dataset->add(std::move(*frame), pose.time_ns, arguments.vehicle, options.off_map == render::OffMap::Mask); !ok) return ok;
+  }
+  return {};
+}
+
 Result<void> run(const RenderArguments& arguments) {
   if (arguments.folder.empty() && !arguments.no_output)
     return fail(Error::Kind::Malformed, "no output folder: give -o FOLDER, or --no-output to render and measure only");
@@ -64,6 +109,8 @@ Result<void> run(const RenderArguments& arguments) {
   if (!mount) return fail(mount);
   const auto camera = render::Camera::from_yaml(arguments.camera);
   if (!camera) return fail(camera);
+  if (auto ok = check_names_a_file(arguments.camera + ": camera_name", camera->name()); !ok) return ok;
+  if (auto ok = check_names_a_file("--vehicle", arguments.vehicle); !ok) return ok;
   const auto scene = make_scene(arguments);
   if (!scene) return fail(scene);
   auto poses = sim::read_pose_file(arguments.poses, scene->surface(), *mount);
@@ -77,37 +124,16 @@ Result<void> run(const RenderArguments& arguments) {
     dataset.emplace(std::move(*created));
     if (auto ok = dataset->add_camera(arguments.vehicle, *camera); !ok) return ok;
   }
-  std::vector<std::string> sensors;
-  for (const render::Layer& layer : scene->layers()) sensors.push_back(layer.name);
 
   render::Renderer renderer(*renderer_options);
   record::Overview overview(*scene, *camera, poses->size());
   Summary summary;
   const auto start = std::chrono::steady_clock::now();
-  {
-    Progress progress("rendering", "frames", static_cast<std::int64_t>(poses->size()), !arguments.json);
-    for (const sim::TimedPose& pose : *poses) {
-      render::RenderOptions frame_options = *options;
-      frame_options.explain = arguments.explain && summary.explanation.done.empty();
-      auto frame = renderer.render(*scene, *camera, pose.ecef_from_camera, frame_options);
-      progress.advance();
-      if (!frame && frame.error().kind == Error::Kind::OutsideMap) {
-        ++summary.rejected;
-        if (!dataset) continue;
-        if (auto ok = dataset->add_rejected(sensors, pose.time_ns, arguments.vehicle, frame.error().message); !ok) return ok;
-        continue;
-      }
-      if (!frame) return fail(frame.error().kind, fmt::format("frame at {} ns: {}", pose.time_ns, frame.error().message));
-      ++summary.frames;
-      summary.frame_ms.push_back(frame->truth().render_ms);
-      if (frame_options.explain) summary.explanation = frame->explanation();
-      if (!arguments.no_pictures && dataset) overview.add(*frame, pose.time_ns);
-      if (!dataset) continue;
-      if (auto ok = dataset->add(std::move(*frame), pose.time_ns, arguments.vehicle, options->off_map == render::OffMap::Mask); !ok) return ok;
-    }
-  }
+  auto rendered = render_frames(arguments, *options, *scene, *camera, *poses, renderer, dataset ? &*dataset : nullptr, overview, summary);
+  // Where rendering failed too: the frames before are whole, and are listed
   if (dataset)
-    if (auto ok = dataset->finish(); !ok) return ok;
+    if (auto ok = dataset->finish(); !ok && rendered) rendered = ok;
+  if (!rendered) return rendered;
   summary.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   const bool pictures = dataset && !arguments.no_pictures && summary.frames > 0;
   if (pictures)
@@ -120,7 +146,11 @@ Result<void> run(const RenderArguments& arguments) {
     print_text(summary, arguments.folder, pictures);
   }
   if (summary.frames == 0)
-    return fail(Error::Kind::OutsideMap, "no frame was made: all look beyond the map; `--off-map mask` renders what there is");
+    return fail(Error::Kind::OutsideMap, fmt::format("no frame was made: all look beyond the map; {}; `--off-map mask` renders what there is",
+                                                     whereabouts(*scene, poses->front())));
+  if (summary.blank == summary.frames)
+    fmt::print(stderr, "nadir render: note: no frame shows any of a map; {}; check the poses, and that the map holds data there\n",
+               whereabouts(*scene, poses->front()));
   return {};
 }
 

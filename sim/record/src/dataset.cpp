@@ -43,10 +43,11 @@ Result<Dataset> Dataset::create(const fs::path& folder, bool force) {
     fs::remove(folder / "frames.jsonl", error);
   }
   fs::create_directories(folder, error);
-  if (error) return fail(Error::Kind::Io, fmt::format("{}: cannot make this folder: {}", folder.string(), error.message()));
+  if (error) return fail(Error::Kind::Io, fmt::format("{}: cannot make this folder: {}; choose another place", folder.string(), error.message()));
   Dataset dataset(folder);
-  dataset.records_.reset(std::fopen((folder / "frames.jsonl").c_str(), "wb"));
+  dataset.records_.reset(std::fopen((folder / "frames.jsonl").c_str(), "ab"));
   if (!dataset.records_) return fail(Error::Kind::Io, fmt::format("{}: cannot write: {}", (folder / "frames.jsonl").string(), std::strerror(errno)));
+  std::setvbuf(dataset.records_.get(), nullptr, _IONBF, 0);  // nothing of a record that failed is left to be written later
   return dataset;
 }
 
@@ -82,9 +83,15 @@ Result<void> Dataset::append_oldest() {
   const Result<std::string> lines = pending_.front().get();
   pending_.pop_front();
   if (!lines) return fail(lines);
-  const bool written = std::fwrite(lines->data(), 1, lines->size(), records_.get()) == lines->size() && std::fflush(records_.get()) == 0;
-  if (written) return {};
-  return fail(Error::Kind::Io, fmt::format("{}: writing failed: {}; the frames listed so far are whole", (folder_ / "frames.jsonl").string(), std::strerror(errno)));
+  const fs::path records = folder_ / "frames.jsonl";
+  if (std::fwrite(lines->data(), 1, lines->size(), records_.get()) == lines->size()) {
+    records_bytes_ += lines->size();
+    return {};
+  }
+  const std::string reason = std::strerror(errno);
+  std::error_code error;
+  fs::resize_file(records, records_bytes_, error);  // a disk that is full took a part of the record
+  return fail(Error::Kind::Io, fmt::format("{}: writing failed: {}; the frames listed so far are whole", records.string(), reason));
 }
 
 Result<void> Dataset::finish() {

@@ -36,7 +36,7 @@ struct MapCounters {
 /// A georeferenced raster with levels, on disk.
 ///
 /// Whatever GDAL opens; texels are read when asked for, and only the bands asked for. A texel is invalid where
-/// the file's mask or alpha band is below half, where every band read equals its nodata value, or where
+/// the file's mask (of any band read, where each has its own) or alpha band is below half, where every band read equals its nodata value, or where
 /// any sample read is not finite.
 /// Cheap to copy: copies share the open file. Thread-safe; each reading thread gets its own GDAL handle.
 class Map {

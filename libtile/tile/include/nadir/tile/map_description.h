@@ -22,11 +22,14 @@ struct Level {
 struct Band {
   std::string name;                       // description, or empty
   std::string stored_type;                // as GDAL names it: "Float64"
-  std::optional<SampleType> sample_type;  // how it is read; empty where it cannot be: complex
+  std::optional<SampleType> sample_type;  // how it is read; empty where it cannot be: complex, signed bytes
   std::optional<double> nodata;
   std::string color;  // colour interpretation: "Red", "Alpha", "Palette"
   std::string unit;
   double scale = 1, offset = 0;  // physical value = stored value * scale + offset; frames hold stored values
+
+  /// "has type CFloat32, ..." and what to do about it, for a message; of a band without sample_type.
+  std::string why_not_rendered() const;
 };
 
 /// What says that a texel holds no data.

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <cstdio>
 #include <deque>
 #include <filesystem>
@@ -47,6 +48,7 @@ class Dataset {
     void operator()(std::FILE* file) const noexcept { std::fclose(file); }
   };
   std::unique_ptr<std::FILE, CloseFile> records_;
+  std::uintmax_t records_bytes_ = 0;  // of whole records
   std::deque<std::future<Result<std::string>>> pending_;  // each gives its frame's records
 };
 
