@@ -210,7 +210,7 @@ std::vector<int> MapDescription::data_bands() const {
 std::string Band::why_not_rendered() const {
   const bool is_signed_byte = stored_type == "Int8";
   return fmt::format("has type {}, which is not rendered; make a map of {} first, for instance with gdal_calc.py --calc {}", stored_type,
-                     is_signed_byte ? "16-bit samples" : "the magnitudes", is_signed_byte ? "'A.astype(int8)' --type Int16" : "'abs(A)' --type Float32");
+                     is_signed_byte ? "16-bit samples" : "the magnitudes", is_signed_byte ? "'A.astype(int8).astype(int16)' --type Int16" : "'abs(A)' --type Float32");
 }
 
 Result<int> MapDescription::find_band(const std::string& name) const {

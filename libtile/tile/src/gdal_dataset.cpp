@@ -3,6 +3,7 @@
 #include <cpl_conv.h>
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <optional>
 
@@ -51,10 +52,11 @@ void CPL_STDCALL GdalMessages::collect(CPLErr severity, CPLErrorNum, const char*
 }
 
 std::string without_path(std::string_view message, std::string_view path) {
-  if (!message.starts_with(path)) return std::string(message);
-  message.remove_prefix(path.size());
-  while (!message.empty() && (message.front() == ':' || message.front() == ',' || message.front() == ' ')) message.remove_prefix(1);
-  return std::string(message);
+  const std::size_t at = path.empty() ? std::string_view::npos : message.find(path);
+  if (at == std::string_view::npos) return std::string(message);
+  std::string_view rest = message.substr(at + path.size());
+  rest.remove_prefix(std::min(rest.find_first_not_of(":, "), rest.size()));
+  return std::string(message.substr(0, at)) + std::string(rest);
 }
 
 Result<Dataset> open_raster(const std::string& path) {

@@ -38,7 +38,7 @@ class GdalMessages {
   std::string error_, last_error_, warning_;
 };
 
-/// GDAL's message about a file without the name that it often begins with, for an Error that begins with that name too.
+/// GDAL's message about a file without the name that it often has in it, for an Error that begins with that name.
 std::string without_path(std::string_view message, std::string_view path);
 
 /// Handles of one raster: GDAL's serve one thread at a time, so each borrower gets its own.

@@ -96,7 +96,7 @@ void add_render_options(CLI::App& app, RenderArguments& a) {
   app.add_option("--fill-value", a.fill_value, "with --off-map fill")->capture_default_str()->group("Rendering");
   app.add_option("--cache", a.cache, "memory for decoded map tiles")->capture_default_str()->group("Rendering");
   app.add_option("--threads", a.threads, "0: all the machine has")->capture_default_str()->check(CLI::Range(0, 1024))->group("Rendering");
-  app.add_option("--first", a.first_frames, "render only the first N poses")->check(CLI::NonNegativeNumber)->group("Rendering");
+  app.add_option("--first", a.first_frames, "render only the first N poses")->check(CLI::Range(0, 1000000000))->group("Rendering");
 
   app.add_option("-o,--output-folder", a.folder, "folder for frames, masks, frames.jsonl, camera file and pictures")->group("Output");
   app.add_option("--vehicle", a.vehicle, "name in the folder and the records")->capture_default_str()->group("Output");
