@@ -137,7 +137,6 @@ class Faults(unittest.TestCase):
 
     def test_damaged_tiles_name_file_level_and_texels(self):
         path, folder = FILES / "corrupt__byte_truncated.tif", self.folder / "damaged"
-        self.assert_fault(self.render(map=path, poses=self.poses(lat=33.9), out=self.folder / "elsewhere", file_bytes=0), "elsewhere")
         center = json.loads(run("info", "--json", path).stdout)["center"]
         poses = self.file("damaged.csv", HEADER + f"0,10,0,1200,0,0,0\n1,{center['lat_deg']},{center['lon_deg']},1200,0,0,0\n")
         self.assert_fault(self.render(map=path, poses=poses, out=folder), path, "level 0", "texels 0 to 20 by 0 to 20", "fetch or build it again")
