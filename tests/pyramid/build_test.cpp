@@ -546,7 +546,7 @@ TEST_F(Build, ErrorsNameTheFileAndWhatToDo) {
   };
   expect(options({path("missing.tif").string()}), "missing.tif: no such file");
   expect(options({no_crs}), "no_crs.tif: expected a georeferenced raster, found no geotransform: assign one with gdal_edit.py");
-  expect(options({complex}), "slc.tif: band 1 is complex");
+  expect(options({complex}), "slc.tif: band 1 has type CFloat32");
   expect(options({folder_.path().string()}), "expected a folder of map tiles");
   expect(options({}), "no source");
   auto jpeg = options({wide});
