@@ -1,0 +1,105 @@
+#include "nadir/sim/autopilot.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace nadir::sim {
+namespace {
+constexpr double pi = std::numbers::pi;
+constexpr double gravity_mps2 = 9.81;  // of feed-forward; the loops mend the rest
+
+/// The course error to turn by. About straight behind, where rounding would choose the side, it is to the right: the cut
+/// lies at -(pi - 0.1) rather than at pi.
+double turn_to(double course_rad, double now_rad) {
+  const double error = std::remainder(course_rad - now_rad, 2 * pi);
+  return error < -(pi - 0.1) ? error + 2 * pi : error;
+}
+
+double symmetric_clamp(double value, double limit) { return std::clamp(value, -limit, limit); }
+
+/// An integral with `change` added, unless `output` lies beyond its limits and the change would drive it further.
+double integrated(double integral, double change, double output, double low, double high) {
+  const bool winds_up = (output > high && change > 0) || (output < low && change < 0);
+  return winds_up ? integral : integral + change;
+}
+
+}  // namespace
+
+Result<FeedForward> feed_forward(const FixedWing& vehicle, double airspeed_mps, double density_kgpm3, double gravity) {
+  constexpr double bank_rad = pi / 6, descent_rad = -0.05;
+  const double radius_m = airspeed_mps * airspeed_mps / (gravity * std::tan(bank_rad));
+  const auto level = trim(vehicle, {.airspeed_mps = airspeed_mps}, density_kgpm3, gravity);
+  if (!level) return fail(level);
+  const auto turn = trim(vehicle, {.airspeed_mps = airspeed_mps, .turn_radius_m = radius_m}, density_kgpm3, gravity);
+  if (!turn) return fail(turn);
+  const auto descent = trim(vehicle, {.airspeed_mps = airspeed_mps, .climb_angle_rad = descent_rad}, density_kgpm3, gravity);
+  if (!descent) return fail(descent);
+
+  FeedForward ff;
+  ff.level = *level;
+  const double load = 1 / std::cos(turn->roll_rad) - 1;
+  ff.pitch_per_load = (turn->pitch_rad - level->pitch_rad) / load;
+  ff.elevator_per_load = (turn->controls.surfaces.elevator_rad - level->controls.surfaces.elevator_rad) / load;
+  ff.throttle_per_load = (turn->controls.throttle - level->controls.throttle) / load;
+  ff.throttle_per_climb = (descent->controls.throttle - level->controls.throttle) / descent_rad;
+  return ff;
+}
+
+Autopilot::Autopilot(const FeedForward& feed_forward, const AutopilotGains& gains) : ff_(feed_forward), gains_(gains) {}
+
+double Autopilot::roll_command(const Guidance& guidance, const Navigation& now) const {
+  const double straight = ff_.level.roll_rad;
+  return symmetric_clamp(straight + guidance.roll_rad + gains_.course_kp * turn_to(guidance.course_rad, now.course_rad),
+                         gains_.max_roll_rad);
+}
+
+double Autopilot::climb_command(const Guidance& guidance, const Navigation& now) const {
+  const double wanted_mps = guidance.climb_rate_mps + gains_.height_kp * (guidance.height_m - now.height_m);
+  return symmetric_clamp(wanted_mps, gains_.max_climb_mps) / airspeed_for_division(now);
+}
+
+double Autopilot::pitch_command(double climb_rad, const Navigation& now, double load, double dt_s) {
+  const double error_rad = climb_rad - now.climb_rate_mps / airspeed_for_division(now);
+  const double base = ff_.level.pitch_rad + ff_.pitch_per_load * load + climb_rad + gains_.climb_kp * error_rad;
+  climb_integral_rad_ = integrated(climb_integral_rad_, gains_.climb_ki * error_rad * dt_s, base + climb_integral_rad_,
+                                   -gains_.max_pitch_rad, gains_.max_pitch_rad);
+  return symmetric_clamp(base + climb_integral_rad_, gains_.max_pitch_rad);
+}
+
+double Autopilot::throttle_command(double climb_rad, const Navigation& now, double load, double dt_s) {
+  const double error_mps = ff_.level.target.airspeed_mps - now.airspeed_mps;
+  const double base = ff_.level.controls.throttle + ff_.throttle_per_load * load + ff_.throttle_per_climb * climb_rad +
+                      gains_.airspeed_kp * error_mps;
+  airspeed_integral_ = integrated(airspeed_integral_, gains_.airspeed_ki * error_mps * dt_s, base + airspeed_integral_, 0, 1);
+  return std::clamp(base + airspeed_integral_, 0.0, 1.0);
+}
+
+double Autopilot::airspeed_for_division(const Navigation& now) const {
+  return std::max(now.airspeed_mps, 0.5 * ff_.level.target.airspeed_mps);
+}
+
+Controls Autopilot::step(const Guidance& guidance, const Navigation& now, double dt_s) {
+  // What the present bank asks for. Beyond 60 degrees the feed-forward, linear in load, says nothing useful.
+  const double roll = now.attitude.roll_rad, bank = symmetric_clamp(roll - ff_.level.roll_rad, pi / 3);
+  const double load = 1 / std::cos(bank) - 1;
+  const double turn_rate = gravity_mps2 * std::tan(bank) / airspeed_for_division(now);
+  const double pitch_rate = turn_rate * std::sin(bank), yaw_rate = turn_rate * std::cos(bank);
+
+  const double roll_error = roll_command(guidance, now) - roll;
+  const double climb_rad = climb_command(guidance, now);
+  const double pitch_error = pitch_command(climb_rad, now, load, dt_s) - now.attitude.pitch_rad;
+  const Surfaces& level = ff_.level.controls.surfaces;
+
+  Controls out;
+  out.surfaces.aileron_rad = level.aileron_rad + gains_.roll_kp * roll_error - gains_.roll_kd * now.rates_radps.x();
+  out.surfaces.elevator_rad = level.elevator_rad + ff_.elevator_per_load * load - gains_.pitch_kp * pitch_error +
+                              gains_.pitch_kd * (now.rates_radps.y() - pitch_rate);
+  out.surfaces.rudder_rad = level.rudder_rad + gains_.yaw_damper * (now.rates_radps.z() - yaw_rate);
+  for (double* surface : {&out.surfaces.aileron_rad, &out.surfaces.elevator_rad, &out.surfaces.rudder_rad})
+    *surface = symmetric_clamp(*surface, gains_.max_surface_rad);
+  out.throttle = throttle_command(climb_rad, now, load, dt_s);
+  return out;
+}
+
+}  // namespace nadir::sim

@@ -1,0 +1,121 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include "nadir/base/result.h"
+#include "nadir/geodesy/frames.h"
+#include "nadir/sim/environment.h"
+#include "nadir/sim/propulsion.h"
+
+namespace nadir::sim {
+
+/// How one coefficient of force or moment depends on the flow: its value at rest and its slopes, per radian, and per
+/// b p / (2 Va), c q / (2 Va), b r / (2 Va) for the body rates.
+struct Coefficient {
+  double zero = 0, alpha = 0, beta = 0;
+  double p = 0, q = 0, r = 0;
+  double elevator = 0, aileron = 0, rudder = 0;
+};
+
+/// A fixed-wing aircraft with linear aerodynamics, a stall and one propeller along the body's x axis.
+/// Positive elevator pushes the nose down, positive aileron rolls right, positive rudder turns the nose left (for signs
+/// of the derivatives as in `aerosonde`).
+struct FixedWing {
+  double mass_kg = 0;
+  double jxx_kgm2 = 0, jyy_kgm2 = 0, jzz_kgm2 = 0, jxz_kgm2 = 0;  // inertia about the centre of mass
+  double wing_area_m2 = 0, span_m = 0, chord_m = 0;
+  double oswald = 0.9;            // efficiency of the wing in induced drag
+  double stall_alpha_rad = 0;     // where the lift is half linear, half a flat plate's
+  double stall_sharpness = 0;     // of that blend, per radian
+
+  Coefficient lift;   // up to the stall
+  Coefficient drag;   // `zero` is parasitic; what lift induces comes on top
+  Coefficient side;
+  Coefficient roll, pitch, yaw;
+
+  Propulsion propulsion;
+  double servo_time_constant_s = 0;  // of each surface's first-order lag, > 0
+  double max_deflection_rad = 0;     // of each surface, either way
+};
+
+/// The Aerosonde of Beard and McLain's book, mass 11 kg, with the motor and propeller of its later editions.
+/// Source: rosflight_sim/params/aerosonde_dynamics.yaml, where parasitic drag is 0; here the book's 0.043.
+FixedWing aerosonde();
+
+/// Where surfaces are. Radians.
+struct Surfaces {
+  double elevator_rad = 0, aileron_rad = 0, rudder_rad = 0;
+};
+
+/// What an autopilot asks for; a vehicle takes what lies in its limits. The motor follows at once, surfaces with a lag.
+struct Controls {
+  Surfaces surfaces;
+  double throttle = 0;  // [0, 1]
+};
+
+/// All that the future of a flight depends on, besides controls and wind.
+struct FixedWingState {
+  geodesy::Point<geodesy::frame::Ecef> position{Eigen::Vector3d::Zero()};      // of the centre of mass
+  geodesy::Direction<geodesy::frame::Ecef> velocity{Eigen::Vector3d::Zero()};  // against the ground, m/s
+  geodesy::Rotation<geodesy::frame::Ecef, geodesy::frame::Body> ecef_from_body;
+  Eigen::Vector3d body_rates_radps = Eigen::Vector3d::Zero();  // against inertial space, along body axes: what gyros feel
+  Surfaces surfaces;
+};
+
+/// The same as numbers for an integrator: position 0-2, velocity 3-5, quaternion x y z w 6-9, rates 10-12, elevator,
+/// aileron and rudder 13-15.
+using FixedWingVector = Eigen::Matrix<double, 16, 1>;
+FixedWingVector to_vector(const FixedWingState& state);
+FixedWingState state_from_vector(const FixedWingVector& x);
+
+/// The air as it meets the vehicle. All zero in still air at rest.
+struct AirData {
+  Eigen::Vector3d velocity_body_mps = Eigen::Vector3d::Zero();  // of the vehicle against the air
+  double airspeed_mps = 0;
+  double alpha_rad = 0;  // angle of attack, (-pi, pi]
+  double beta_rad = 0;   // side-slip, positive with the air from the right
+};
+AirData air_data_from(const Eigen::Vector3d& velocity_body_mps);
+
+/// `wind_ned_mps`: where the air goes, so that (0, 5, 0) blows from the west.
+AirData air_data(const FixedWingState& state, const Environment& environment, const Eigen::Vector3d& wind_ned_mps);
+
+/// Lift coefficient of the wing alone: the linear one, faded over the stall into that of a flat plate.
+/// Source: Beard and McLain, Small Unmanned Aircraft, 2012, equations 4.9 and 4.10, the latter as a product of two
+/// logistic functions, which does not overflow.
+double stall_blend(const FixedWing& vehicle, double alpha_rad);
+
+/// Force and moment along body axes, about the centre of mass, without gravity: force over mass is what accelerometers feel.
+struct Loads {
+  Eigen::Vector3d force_body_n;
+  Eigen::Vector3d moment_body_nm;
+};
+
+/// What air and surfaces do, without the propeller.
+/// Terms with body rates are written with Va in the numerator, so that nothing is divided by airspeed and the loads fade
+/// to zero with it. `rates_radps`: against the ground's frame.
+Loads aerodynamics(const FixedWing& vehicle, const AirData& air, const Eigen::Vector3d& rates_radps, const Surfaces& surfaces,
+                   double density_kgpm3);
+
+/// Aerodynamics and propeller. `throttle` as it is, without limits.
+Loads loads(const FixedWing& vehicle, const AirData& air, const Eigen::Vector3d& rates_radps, const Surfaces& surfaces,
+            double throttle, double density_kgpm3);
+
+/// The same for a vehicle in flight, throttle limited: force over mass is the specific force of an accelerometer in the
+/// centre of mass.
+Loads loads(const FixedWing& vehicle, const Environment& environment, const FixedWingState& state, const Controls& controls,
+            const Eigen::Vector3d& wind_ned_mps);
+
+/// Angular acceleration, rad/s^2, of a body that turns at `rates_radps` under a moment.
+Eigen::Vector3d angular_acceleration(const FixedWing& vehicle, const Eigen::Vector3d& rates_radps, const Eigen::Vector3d& moment_body_nm);
+
+/// Change of the state vector with time. A pure function: the same arguments give the same bits.
+FixedWingVector derivative(const FixedWing& vehicle, const Environment& environment, const FixedWingVector& x,
+                           const Controls& controls, const Eigen::Vector3d& wind_ned_mps);
+
+/// The state `dt_s` later, by one Runge-Kutta step with controls and wind held. Fails where the motion diverges; `t_s` is
+/// for that message. 2.5 ms is what the simulator takes: an eighth of the servos' lag.
+Result<FixedWingState> advance(const FixedWing& vehicle, const Environment& environment, const FixedWingState& state,
+                               const Controls& controls, const Eigen::Vector3d& wind_ned_mps, double t_s, double dt_s);
+
+}  // namespace nadir::sim
