@@ -12,13 +12,14 @@ inline constexpr double step_s = 1.0 / 400;       // of the vehicle
 inline constexpr int steps_per_command = 4;       // the autopilot at 100 Hz
 inline const geodesy::Geodetic scene_origin = geodesy::Geodetic::degrees(38.1, -0.76, 0);
 
-/// An Aerosonde with its autopilot, trimmed at 25 m/s over the scene's origin and heading north. Vehicle at 400 Hz,
+/// An Aerosonde with its autopilot, trimmed over the scene's origin and heading north. Vehicle at 400 Hz,
 /// autopilot at 100 Hz.
 class ClosedLoop {
  public:
-  ClosedLoop(const Environment& environment, double height_m, const Eigen::Vector3d& wind_ned_mps, const AutopilotGains& gains = {})
+  ClosedLoop(const Environment& environment, double height_m, const Eigen::Vector3d& wind_ned_mps, double airspeed_mps = 25,
+             const AutopilotGains& gains = {})
       : environment_(environment), wind_(wind_ned_mps),
-        feed_forward_(feed_forward_at(environment, height_m)),
+        feed_forward_(feed_forward_at(environment, height_m, airspeed_mps)),
         autopilot(feed_forward_, gains),
         state(trimmed_state(feed_forward_.level, environment, place(height_m), 0, wind_ned_mps)) {}
 
@@ -43,9 +44,9 @@ class ClosedLoop {
 
  private:
   static geodesy::Geodetic place(double height_m) { return {scene_origin.lat_rad, scene_origin.lon_rad, height_m}; }
-  static FeedForward feed_forward_at(const Environment& environment, double height_m) {
+  static FeedForward feed_forward_at(const Environment& environment, double height_m, double airspeed_mps) {
     const Surroundings here = environment.at(geodesy::ecef_from_geodetic(place(height_m)));
-    return feed_forward(aerosonde(), 25, here.density_kgpm3, here.gravity_ecef_mps2.norm()).value();
+    return feed_forward(aerosonde(), airspeed_mps, here.density_kgpm3, here.gravity_ecef_mps2.norm()).value();
   }
 
   FixedWing vehicle_ = aerosonde();

@@ -17,9 +17,8 @@ Navigation at(double north_m, double east_m) {
 const Waypoint start{0, 0, 100};
 
 /// The pieces in the order a vehicle meets them that flies exactly along them, in steps of 1 m.
-std::vector<Path> flown(Mission& mission, double metres) {
+std::vector<Path> flown(Mission& mission, double metres, Eigen::Vector2d p = {0, 0}) {
   std::vector<Path> pieces;
-  Eigen::Vector2d p(0, 0);
   Navigation now;
   now.ground_speed_mps = 25;
   for (double s = 0; s < metres; s += 1) {
@@ -80,6 +79,19 @@ TEST(Mission, RepeatingGoesRoundAndRoundWithFilletsAtEveryCorner) {
   for (std::size_t i = 2; i < 10; i += 2)
     EXPECT_EQ(std::get<StraightPath>(pieces[i]).from, std::get<StraightPath>(pieces[i + 8]).from) << "a round is four legs";
   EXPECT_FALSE(mission.finished());
+}
+
+TEST(Mission, LaterRoundsLeaveOutTheWayFromTheStart) {
+  // From the start the first corner is a sharp one, with an arc far into the second leg: none of that comes again.
+  const Waypoint corners[] = {{1000, 0, 100}, {1000, 1000, 100}, {0, 1000, 100}, {0, 0, 100}};
+  Mission mission = Mission::create({0, 2000, 100}, corners, 100, AfterMission::Repeat).value();
+  const auto pieces = flown(mission, 9000, {0, 2000});
+  ASSERT_GT(pieces.size(), 12u);
+  const auto center = [&](std::size_t i) { return std::get<CirclePath>(pieces[i]).center; };
+  EXPECT_GT((center(1) - Eigen::Vector2d(900, 100)).norm(), 100);
+  EXPECT_NEAR((center(9) - Eigen::Vector2d(900, 100)).norm(), 0, 1e-9) << "the same corner, now of the square";
+  EXPECT_EQ(std::get<StraightPath>(pieces[10]).from, Eigen::Vector2d(1000, 0));
+  EXPECT_NEAR((center(11) - center(3)).norm(), 0, 1e-9);
 }
 
 TEST(Mission, NonsenseIsRefusedWithTheWaypointNamed) {

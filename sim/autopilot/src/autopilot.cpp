@@ -41,7 +41,6 @@ Result<FeedForward> feed_forward(const FixedWing& vehicle, double airspeed_mps, 
   const double load = 1 / std::cos(turn->roll_rad) - 1;
   ff.pitch_per_load = (turn->pitch_rad - level->pitch_rad) / load;
   ff.elevator_per_load = (turn->controls.surfaces.elevator_rad - level->controls.surfaces.elevator_rad) / load;
-  ff.throttle_per_load = (turn->controls.throttle - level->controls.throttle) / load;
   ff.throttle_per_climb = (descent->controls.throttle - level->controls.throttle) / descent_rad;
   return ff;
 }
@@ -67,10 +66,9 @@ double Autopilot::pitch_command(double climb_rad, const Navigation& now, double 
   return symmetric_clamp(base + climb_integral_rad_, gains_.max_pitch_rad);
 }
 
-double Autopilot::throttle_command(double climb_rad, const Navigation& now, double load, double dt_s) {
+double Autopilot::throttle_command(double climb_rad, const Navigation& now, double dt_s) {
   const double error_mps = ff_.level.target.airspeed_mps - now.airspeed_mps;
-  const double base = ff_.level.controls.throttle + ff_.throttle_per_load * load + ff_.throttle_per_climb * climb_rad +
-                      gains_.airspeed_kp * error_mps;
+  const double base = ff_.level.controls.throttle + ff_.throttle_per_climb * climb_rad + gains_.airspeed_kp * error_mps;
   airspeed_integral_ = integrated(airspeed_integral_, gains_.airspeed_ki * error_mps * dt_s, base + airspeed_integral_, 0, 1);
   return std::clamp(base + airspeed_integral_, 0.0, 1.0);
 }
@@ -98,7 +96,7 @@ Controls Autopilot::step(const Guidance& guidance, const Navigation& now, double
   out.surfaces.rudder_rad = level.rudder_rad + gains_.yaw_damper * (now.rates_radps.z() - yaw_rate);
   for (double* surface : {&out.surfaces.aileron_rad, &out.surfaces.elevator_rad, &out.surfaces.rudder_rad})
     *surface = symmetric_clamp(*surface, gains_.max_surface_rad);
-  out.throttle = throttle_command(climb_rad, now, load, dt_s);
+  out.throttle = throttle_command(climb_rad, now, dt_s);
   return out;
 }
 

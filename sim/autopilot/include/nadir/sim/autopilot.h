@@ -10,8 +10,8 @@ namespace nadir::sim {
 /// errors only.
 struct FeedForward {
   Trim level;
-  double pitch_per_load = 0, elevator_per_load = 0, throttle_per_load = 0;  // change per g of load beyond one, in a turn
-  double throttle_per_climb = 0;                                            // per radian of climb angle
+  double pitch_per_load = 0, elevator_per_load = 0;  // change per g of load beyond one, in a turn
+  double throttle_per_climb = 0;                     // per radian of climb angle
 };
 
 /// From three trims: level, in a turn of 30 degrees bank, and descending at 0.05 rad (which the motor can always do).
@@ -21,13 +21,13 @@ Result<FeedForward> feed_forward(const FixedWing& vehicle, double airspeed_mps, 
 /// Gains and limits of the loops, from the inside out; SI units, radians. The defaults are for the Aerosonde between 20 and
 /// 30 m/s and follow from its derivatives; sim/autopilot's README says how, and shows the responses.
 struct AutopilotGains {
-  double roll_kp = 0.7, roll_kd = 0.02;           // aileron per roll, per roll rate
-  double pitch_kp = 1.2, pitch_kd = 0.4;          // elevator per pitch, per pitch rate
+  double roll_kp = 1.0, roll_kd = 0.05;           // aileron per roll, per roll rate
+  double pitch_kp = 2.0, pitch_kd = 0.5;          // elevator per pitch, per pitch rate
   double yaw_damper = 0.2;                        // rudder per yaw rate beyond that of the turn
-  double course_kp = 1.8;                         // roll per course
+  double course_kp = 2.4;                         // roll per course
   double height_kp = 0.35;                        // climb rate per height, 1/s
   double climb_kp = 0.6, climb_ki = 0.15;         // climb angle per climb angle, and per its integral
-  double airspeed_kp = 0.10, airspeed_ki = 0.02;  // throttle per m/s, and per its integral
+  double airspeed_kp = 0.3, airspeed_ki = 0.06;   // throttle per m/s, and per its integral
 
   double max_roll_rad = 0.7854;        // commanded: 45 degrees
   double max_pitch_rad = 0.4363;       // 25 degrees
@@ -51,7 +51,7 @@ class Autopilot {
   double roll_command(const Guidance& guidance, const Navigation& now) const;
   double climb_command(const Guidance& guidance, const Navigation& now) const;  // radians, against the air
   double pitch_command(double climb_rad, const Navigation& now, double load, double dt_s);
-  double throttle_command(double climb_rad, const Navigation& now, double load, double dt_s);
+  double throttle_command(double climb_rad, const Navigation& now, double dt_s);
   double airspeed_for_division(const Navigation& now) const;  // never near zero
 
   FeedForward ff_;

@@ -36,8 +36,8 @@ struct Guidance {
 /// How fast a vehicle closes in on a path.
 struct PathGains {
   double approach_rad = 1.0472;      // course towards a line from far away, (0, pi/2)
-  double line_per_m = 0.02;          // how sharply that fades near the line
-  double circle = 2.5;               // the same around a circle, in units of its radius
+  double line_per_m = 0.03;          // how sharply that fades near the line
+  double circle = 5;                 // the same around a circle, in units of its radius
 };
 
 /// Vector field around the path: a course that leads onto it and along it, from wherever the vehicle is.
