@@ -22,7 +22,8 @@ void BM_VehicleAlone(benchmark::State& state, bool flat) {
   FixedWingState s = trimmed_state(cruise, air, place, 0, wind);
   for (auto _ : state) s = advance(vehicle, air, s, cruise.controls, wind, 0, step_s).value();
   benchmark::DoNotOptimize(s);
-  state.counters["simulated_s"] = benchmark::Counter(static_cast<double>(state.iterations()) * step_s, benchmark::Counter::kIsRate);
+  state.counters["simulated_s"] =
+      benchmark::Counter(static_cast<double>(state.iterations()) * step_s, benchmark::Counter::kIsRate);
 }
 BENCHMARK_CAPTURE(BM_VehicleAlone, flat, true);
 BENCHMARK_CAPTURE(BM_VehicleAlone, wgs84, false);
@@ -44,14 +45,16 @@ void BM_Mission(benchmark::State& state, bool flat) {
     for (int i = 0; i < 4; ++i) s = advance(vehicle, air, s, controls, wind, 0, step_s).value();
   }
   benchmark::DoNotOptimize(s);
-  state.counters["simulated_s"] = benchmark::Counter(static_cast<double>(state.iterations()) * 4 * step_s, benchmark::Counter::kIsRate);
+  state.counters["simulated_s"] =
+      benchmark::Counter(static_cast<double>(state.iterations()) * 4 * step_s, benchmark::Counter::kIsRate);
 }
 BENCHMARK_CAPTURE(BM_Mission, flat, true);
 BENCHMARK_CAPTURE(BM_Mission, wgs84, false);
 
 void BM_Trim(benchmark::State& state) {
   const FixedWing vehicle = aerosonde();
-  for (auto _ : state) benchmark::DoNotOptimize(trim(vehicle, {.airspeed_mps = 25, .turn_radius_m = 150}, 1.2682, 9.81));
+  for (auto _ : state)
+    benchmark::DoNotOptimize(trim(vehicle, {.airspeed_mps = 25, .turn_radius_m = 150}, 1.2682, 9.81));
 }
 BENCHMARK(BM_Trim);
 

@@ -16,8 +16,8 @@ const Vector3d still_air = Vector3d::Zero();
 
 /// How a quantity answers to a step in its command, as shares of the step.
 struct Response {
-  double rise_s = -1;      // until 90 % are reached
-  double settled_s = 0;    // from when on it stays within 5 %
+  double rise_s = -1;    // until 90 % are reached
+  double settled_s = 0;  // from when on it stays within 5 %
   double overshoot = 0;
   double side_height_m = 0, side_airspeed_mps = 0;  // largest errors of the two along the way
 };
@@ -35,7 +35,9 @@ Response response(ClosedLoop& loop, const Guide& guide, const Share& share) {
     r.side_airspeed_mps = std::max(r.side_airspeed_mps, std::abs(now.airspeed_mps - 25));
     t += steps_per_command * step_s;
   });
-  const auto record = [&](const char* name, double value) { ::testing::Test::RecordProperty(name, std::to_string(value)); };
+  const auto record = [&](const char* name, double value) {
+    ::testing::Test::RecordProperty(name, std::to_string(value));
+  };
   record("rise_s", r.rise_s), record("settled_s", r.settled_s), record("overshoot", r.overshoot);
   record("side_height_m", r.side_height_m), record("side_airspeed_mps", r.side_airspeed_mps);
   return r;
@@ -65,8 +67,9 @@ TEST(Autopilot, InTrimItGivesTheControlsOfTrim) {
 TEST(Autopilot, TurnsThirtyDegreesWithoutOvershootAndKeepsItsHeight) {
   ClosedLoop loop(earth, 3000, still_air);
   const double height_m = loop.now().height_m, target = geodesy::to_radians(30);
-  const Response r = response(loop, [&](const Navigation&) { return Guidance{.course_rad = target, .height_m = height_m}; },
-                              [&](const Navigation& now) { return now.course_rad / target; });
+  const Response r = response(
+      loop, [&](const Navigation&) { return Guidance{.course_rad = target, .height_m = height_m}; },
+      [&](const Navigation& now) { return now.course_rad / target; });
   EXPECT_GT(r.rise_s, 0);
   EXPECT_LT(r.rise_s, 2.6);
   EXPECT_LT(r.settled_s, 3.3);
@@ -78,8 +81,9 @@ TEST(Autopilot, TurnsThirtyDegreesWithoutOvershootAndKeepsItsHeight) {
 TEST(Autopilot, ClimbsTwentyMetresWithoutOvershoot) {
   ClosedLoop loop(earth, 3000, still_air);
   const double height_m = loop.now().height_m;
-  const Response r = response(loop, [&](const Navigation&) { return Guidance{.height_m = height_m + 20}; },
-                              [&](const Navigation& now) { return (now.height_m - height_m) / 20; });
+  const Response r = response(
+      loop, [&](const Navigation&) { return Guidance{.height_m = height_m + 20}; },
+      [&](const Navigation& now) { return (now.height_m - height_m) / 20; });
   EXPECT_GT(r.rise_s, 20 * 0.9 / 3) << "the rate of climb is limited to 3 m/s";
   EXPECT_LT(r.rise_s, 9);
   EXPECT_LT(r.settled_s, 10.8);
@@ -91,8 +95,9 @@ TEST(Autopilot, RegainsTwoMetresASecondOfAirspeed) {
   ClosedLoop loop(earth, 3000, still_air);
   loop.state.velocity.xyz *= 23.0 / 25;
   const double height_m = loop.now().height_m;
-  const Response r = response(loop, [&](const Navigation&) { return Guidance{.height_m = height_m}; },
-                              [&](const Navigation& now) { return (now.airspeed_mps - 23) / 2; });
+  const Response r = response(
+      loop, [&](const Navigation&) { return Guidance{.height_m = height_m}; },
+      [&](const Navigation& now) { return (now.airspeed_mps - 23) / 2; });
   EXPECT_GT(r.rise_s, 0);
   EXPECT_LT(r.rise_s, 1.3);
   EXPECT_LT(r.overshoot, 0.02);
@@ -104,25 +109,29 @@ struct MissionErrors {
   double right_m = 0, above_m = 0, airspeed_mps = 0;
 };
 /// Greatest errors of ten minutes around the square, from half a minute on.
-MissionErrors around_the_square(const Environment& environment, const Vector3d& wind, double height_m = 3000, double airspeed_mps = 25) {
+MissionErrors around_the_square(const Environment& environment, const Vector3d& wind, double height_m = 3000,
+                                double airspeed_mps = 25) {
   ClosedLoop loop(environment, height_m, wind, airspeed_mps);
   Mission mission = square(loop.now().height_m, 150);
   MissionErrors worst;
   double t = 0;
   bool turned = false;
-  loop.fly(600, [&](const Navigation& now) { return follow(mission.path_at(now), now, PathGains{}); },
-           [&](const Navigation& now) {
-             t += steps_per_command * step_s;
-             const Path& path = mission.path_at(now);
-             turned |= std::holds_alternative<CirclePath>(path);
-             if (t < 30) return;
-             const PathError error = path_error(path, now);
-             worst.right_m = std::max(worst.right_m, std::abs(error.right_m));
-             worst.above_m = std::max(worst.above_m, std::abs(error.above_m));
-             worst.airspeed_mps = std::max(worst.airspeed_mps, std::abs(now.airspeed_mps - airspeed_mps));
-           });
+  loop.fly(
+      600, [&](const Navigation& now) { return follow(mission.path_at(now), now, PathGains{}); },
+      [&](const Navigation& now) {
+        t += steps_per_command * step_s;
+        const Path& path = mission.path_at(now);
+        turned |= std::holds_alternative<CirclePath>(path);
+        if (t < 30) return;
+        const PathError error = path_error(path, now);
+        worst.right_m = std::max(worst.right_m, std::abs(error.right_m));
+        worst.above_m = std::max(worst.above_m, std::abs(error.above_m));
+        worst.airspeed_mps = std::max(worst.airspeed_mps, std::abs(now.airspeed_mps - airspeed_mps));
+      });
   EXPECT_TRUE(turned);
-  const auto record = [&](const char* name, double value) { ::testing::Test::RecordProperty(name, std::to_string(value)); };
+  const auto record = [&](const char* name, double value) {
+    ::testing::Test::RecordProperty(name, std::to_string(value));
+  };
   record("cross_track_m", worst.right_m), record("height_m", worst.above_m), record("airspeed_mps", worst.airspeed_mps);
   return worst;
 }
@@ -152,11 +161,20 @@ TEST(ClosedLoopMission, TheGainsHoldFromTwentyToThirtyMetresASecond) {
   }
 }
 
+TEST(ClosedLoopMission, WindBeyondTheAirspeedBlowsItOffItsPathAndNothingElse) {
+  const MissionErrors worst = around_the_square(earth, Vector3d(18, -24, 0));
+  EXPECT_GT(worst.right_m, 1000);
+  EXPECT_LT(worst.above_m, 1);
+  EXPECT_LT(worst.airspeed_mps, 0.2);
+}
+
 TEST(ClosedLoopMission, TheSameFlightGivesTheSameBits) {
   const auto end = [] {
     ClosedLoop loop(earth, 3000, Vector3d(3, -8, 0));
     Mission mission = square(loop.now().height_m, 150);
-    loop.fly(60, [&](const Navigation& now) { return follow(mission.path_at(now), now, PathGains{}); }, [](const Navigation&) {});
+    loop.fly(
+        60, [&](const Navigation& now) { return follow(mission.path_at(now), now, PathGains{}); },
+        [](const Navigation&) {});
     return to_vector(loop.state);
   };
   const FixedWingVector a = end(), b = end();
@@ -184,13 +202,15 @@ TEST(Autopilot, IntegratorsDoNotWindUpWhileTheMotorGivesAllItCan) {
   // airspeed must not overshoot by what a minute of error would have added, 0.06 * 1 m/s * 60 s = 3.6 of throttle.
   ClosedLoop loop(earth, 3000, still_air, 25, {.max_climb_mps = 9});
   bool full = false;
-  loop.fly(60, [](const Navigation& now) { return Guidance{.height_m = now.height_m + 100}; },
-           [&](const Navigation& now) { full |= loop.controls.throttle == 1 && now.airspeed_mps < 24; });
+  loop.fly(
+      60, [](const Navigation& now) { return Guidance{.height_m = now.height_m + 100}; },
+      [&](const Navigation& now) { full |= loop.controls.throttle == 1 && now.airspeed_mps < 24; });
   EXPECT_TRUE(full) << "the climb no longer asks for more than there is";
   const double level_m = loop.now().height_m;
   double fastest = 0;
-  loop.fly(60, [&](const Navigation&) { return Guidance{.height_m = level_m}; },
-           [&](const Navigation& now) { fastest = std::max(fastest, now.airspeed_mps); });
+  loop.fly(
+      60, [&](const Navigation&) { return Guidance{.height_m = level_m}; },
+      [&](const Navigation& now) { fastest = std::max(fastest, now.airspeed_mps); });
   EXPECT_LT(fastest, 27);
   EXPECT_NEAR(loop.now().airspeed_mps, 25, 0.1);
   EXPECT_NEAR(loop.now().height_m, level_m, 0.5);
@@ -220,9 +240,12 @@ TEST(Autopilot, RecoversFromInvertedFlightAndFromAStandstill) {
   for (const bool inverted : {true, false}) {
     ClosedLoop loop(earth, 3000, still_air);
     const double height_m = loop.now().height_m;
-    if (inverted) loop.state.ecef_from_body.quaternion = loop.state.ecef_from_body.quaternion * Eigen::Quaterniond(0, 1, 0, 0);
-    else loop.state.velocity.xyz.setZero();
-    loop.fly(90, [&](const Navigation&) { return Guidance{.height_m = height_m}; }, [](const Navigation&) {});
+    if (inverted)
+      loop.state.ecef_from_body.quaternion = loop.state.ecef_from_body.quaternion * Eigen::Quaterniond(0, 1, 0, 0);
+    else
+      loop.state.velocity.xyz.setZero();
+    loop.fly(
+        90, [&](const Navigation&) { return Guidance{.height_m = height_m}; }, [](const Navigation&) {});
     EXPECT_NEAR(loop.now().height_m, height_m, 1) << inverted;
     EXPECT_NEAR(loop.now().airspeed_mps, 25, 0.1) << inverted;
     EXPECT_NEAR(loop.now().course_rad, 0, 0.01) << inverted;
@@ -232,8 +255,10 @@ TEST(Autopilot, RecoversFromInvertedFlightAndFromAStandstill) {
 TEST(Autopilot, ACourseStraightBehindIsReachedByARightTurnWhateverTheRounding) {
   for (const double off : {-1e-9, 0.0, 1e-9}) {
     ClosedLoop loop(earth, 3000, still_air);
-    const Guidance behind{.course_rad = loop.now().course_rad + 3.141592653589793 + off, .height_m = loop.now().height_m};
-    loop.fly(3, [&](const Navigation&) { return behind; }, [](const Navigation&) {});
+    const Guidance behind{.course_rad = loop.now().course_rad + 3.141592653589793 + off,
+                          .height_m = loop.now().height_m};
+    loop.fly(
+        3, [&](const Navigation&) { return behind; }, [](const Navigation&) {});
     EXPECT_GT(loop.now().attitude.roll_rad, 0.5) << off;
   }
 }

@@ -8,17 +8,18 @@
 
 namespace nadir::sim {
 
-inline constexpr double step_s = 1.0 / 400;       // of the vehicle
-inline constexpr int steps_per_command = 4;       // the autopilot at 100 Hz
+inline constexpr double step_s = 1.0 / 400;  // of the vehicle
+inline constexpr int steps_per_command = 4;  // the autopilot at 100 Hz
 inline const geodesy::Geodetic scene_origin = geodesy::Geodetic::degrees(38.1, -0.76, 0);
 
 /// An Aerosonde with its autopilot, trimmed over the scene's origin and heading north. Vehicle at 400 Hz,
 /// autopilot at 100 Hz.
 class ClosedLoop {
  public:
-  ClosedLoop(const Environment& environment, double height_m, const Eigen::Vector3d& wind_ned_mps, double airspeed_mps = 25,
-             const AutopilotGains& gains = {})
-      : environment_(environment), wind_(wind_ned_mps),
+  ClosedLoop(const Environment& environment, double height_m, const Eigen::Vector3d& wind_ned_mps,
+             double airspeed_mps = 25, const AutopilotGains& gains = {})
+      : environment_(environment),
+        wind_(wind_ned_mps),
         feed_forward_(feed_forward_at(environment, height_m, airspeed_mps)),
         autopilot(feed_forward_, gains),
         state(trimmed_state(feed_forward_.level, environment, place(height_m), 0, wind_ned_mps)) {}
@@ -36,7 +37,8 @@ class ClosedLoop {
         look(here);
         controls = autopilot.step(guide(here), here, steps_per_command * step_s);
       }
-      const auto next = advance(vehicle_, environment_, state, controls, wind_, static_cast<double>(step_) * step_s, step_s);
+      const auto next =
+          advance(vehicle_, environment_, state, controls, wind_, static_cast<double>(step_) * step_s, step_s);
       if (!next) throw std::runtime_error(next.error().message);
       state = *next;
     }
@@ -65,7 +67,8 @@ class ClosedLoop {
 /// A square of 1 km, two of its corners 20 m higher than the others, flown clockwise for ever.
 inline Mission square(double height_m, double turn_radius_m) {
   const Waypoint start{0, 0, height_m};
-  const Waypoint corners[] = {{1000, 0, height_m}, {1000, 1000, height_m + 20}, {0, 1000, height_m + 20}, {0, 0, height_m}};
+  const Waypoint corners[] = {
+      {1000, 0, height_m}, {1000, 1000, height_m + 20}, {0, 1000, height_m + 20}, {0, 0, height_m}};
   return Mission::create(start, corners, turn_radius_m, AfterMission::Repeat).value();
 }
 

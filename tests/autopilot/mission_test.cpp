@@ -49,7 +49,8 @@ TEST(Mission, FilletsTouchBothLegsInsideTheCorner) {
   EXPECT_NEAR(arc.from_height_m, 100, 1e-9);
   EXPECT_NEAR(arc.to_height_m, 110, 1e-9) << "a tenth of the next leg is cut off, and of its climb";
   const auto& circle = std::get<CirclePath>(pieces[3]);
-  EXPECT_NEAR((circle.center - Eigen::Vector2d(900, 1000)).norm(), 0, 1e-9) << "to the right of an eastbound leg is south";
+  EXPECT_NEAR((circle.center - Eigen::Vector2d(900, 1000)).norm(), 0, 1e-9)
+      << "to the right of an eastbound leg is south";
 }
 
 TEST(Mission, ALeftCornerIsTurnedLeft) {
@@ -61,7 +62,8 @@ TEST(Mission, ALeftCornerIsTurnedLeft) {
 }
 
 TEST(Mission, CornersWithoutRoomForAnArcSwitchAtTheWaypoint) {
-  for (const Waypoint& second : {Waypoint{0, 1, 100}, Waypoint{1100, 50, 100}, Waypoint{2000, 0, 100}}) {  // back, too near, straight on
+  for (const Waypoint& second :
+       {Waypoint{0, 1, 100}, Waypoint{1100, 50, 100}, Waypoint{2000, 0, 100}}) {  // back, too near, straight on
     const Waypoint corners[] = {{1000, 0, 100}, second};
     Mission mission = Mission::create(start, corners, 300).value();
     mission.path_at(at(999, 0));
@@ -77,7 +79,8 @@ TEST(Mission, RepeatingGoesRoundAndRoundWithFilletsAtEveryCorner) {
   ASSERT_GT(pieces.size(), 20u);
   for (std::size_t i = 0; i < 20; ++i) EXPECT_EQ(std::holds_alternative<CirclePath>(pieces[i]), i % 2 == 1) << i;
   for (std::size_t i = 2; i < 10; i += 2)
-    EXPECT_EQ(std::get<StraightPath>(pieces[i]).from, std::get<StraightPath>(pieces[i + 8]).from) << "a round is four legs";
+    EXPECT_EQ(std::get<StraightPath>(pieces[i]).from, std::get<StraightPath>(pieces[i + 8]).from)
+        << "a round is four legs";
   EXPECT_FALSE(mission.finished());
 }
 

@@ -30,7 +30,8 @@ TEST(StraightPath, LeadsAlongItWhenOnIt) {
 TEST(StraightPath, LeadsBackFromEitherSideAtMostAtTheApproachAngle) {
   const PathGains gains;
   for (const double off : {0.1, 10.0, 1e3, 1e9}) {
-    const double from_right = follow(north, at(0, off), gains).course_rad, from_left = follow(north, at(0, -off), gains).course_rad;
+    const double from_right = follow(north, at(0, off), gains).course_rad,
+                 from_left = follow(north, at(0, -off), gains).course_rad;
     EXPECT_LT(from_right, 0) << "right of a northbound line, the way back is to the left";
     EXPECT_DOUBLE_EQ(from_left, -from_right);
     EXPECT_LE(from_left, gains.approach_rad);
@@ -44,7 +45,8 @@ TEST(StraightPath, ErrorsArePositiveToTheRightAndAbove) {
   EXPECT_DOUBLE_EQ(path_error(north, now).right_m, 7);
   EXPECT_DOUBLE_EQ(path_error(north, now).above_m, 3);
   const StraightPath south_west{{0, 0}, {-1000, -1000}, 0, 0};
-  EXPECT_NEAR(path_error(south_west, at(-500 + 3, -500 - 3)).right_m, 3 * std::sqrt(2), 1e-12) << "right of south-west is north-west";
+  EXPECT_NEAR(path_error(south_west, at(-500 + 3, -500 - 3)).right_m, 3 * std::sqrt(2), 1e-12)
+      << "right of south-west is north-west";
 }
 
 CirclePath circle(bool clockwise) {
@@ -76,7 +78,9 @@ TEST(CirclePath, ClimbsOverItsSweepAndStaysLevelAfterIt) {
   CirclePath path = circle(true);
   path.from_rad = 0, path.sweep_rad = pi / 2;
   path.from_height_m = 100, path.to_height_m = 110;
-  const auto height = [&](double bearing) { return follow(path, at(100 * std::cos(bearing), 100 * std::sin(bearing)), {}).height_m; };
+  const auto height = [&](double bearing) {
+    return follow(path, at(100 * std::cos(bearing), 100 * std::sin(bearing)), {}).height_m;
+  };
   EXPECT_DOUBLE_EQ(height(0), 100);
   EXPECT_NEAR(height(pi / 4), 105, 1e-12);
   EXPECT_NEAR(height(pi / 2 + 0.1), 110, 1e-12);

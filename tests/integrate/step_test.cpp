@@ -32,7 +32,8 @@ TEST(Rk4Step, HalvingTheStepDividesTheErrorBySixteen) {
 
 TEST(Rk4Step, IsExactForACubicInTime) {
   const auto derivative = [](double t, const Vector2d&) { return Vector2d(4 * t * t * t, 3 * t * t - 2 * t); };
-  const Vector2d x = rk4_step(derivative, 0.5, Vector2d(0.0625, -0.125), 1.5);  // from t = 0.5 to t = 2: t^4 and t^3 - t^2
+  const Vector2d x =
+      rk4_step(derivative, 0.5, Vector2d(0.0625, -0.125), 1.5);  // from t = 0.5 to t = 2: t^4 and t^3 - t^2
   EXPECT_NEAR(x[0], 16, 1e-14);
   EXPECT_NEAR(x[1], 4, 1e-14);
 }
@@ -68,7 +69,8 @@ TEST(FiniteOrError, NamesTheTimeAndTheComponentThatDiverged) {
       y[i] = bad;
       const auto result = finite_or_error(y, 12.5);
       ASSERT_FALSE(result);
-      EXPECT_NE(result.error().message.find("t = 12.5 s: component " + std::to_string(i)), std::string::npos) << result.error().message;
+      EXPECT_NE(result.error().message.find("t = 12.5 s: component " + std::to_string(i)), std::string::npos)
+          << result.error().message;
     }
 }
 

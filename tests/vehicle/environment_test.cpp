@@ -14,9 +14,12 @@ using geodesy::Geodetic;
 
 TEST(StandardAir, AgreesWithTheTablesOfTheStandard) {
   // U.S. Standard Atmosphere, 1976, table 1, density by geometric height, each to its printed digits.
-  struct Row { double height_m, density, digit; };
-  for (const Row& row : {Row{0, 1.2250, 1e-4}, Row{1000, 1.1117, 1e-4}, Row{3000, 9.0925e-1, 1e-5}, Row{10000, 4.1351e-1, 1e-5},
-                         Row{15000, 1.9476e-1, 1e-5}, Row{25000, 4.0084e-2, 1e-6}, Row{50000, 1.0269e-3, 1e-7}})
+  struct Row {
+    double height_m, density, digit;
+  };
+  for (const Row& row :
+       {Row{0, 1.2250, 1e-4}, Row{1000, 1.1117, 1e-4}, Row{3000, 9.0925e-1, 1e-5}, Row{10000, 4.1351e-1, 1e-5},
+        Row{15000, 1.9476e-1, 1e-5}, Row{25000, 4.0084e-2, 1e-6}, Row{50000, 1.0269e-3, 1e-7}})
     EXPECT_NEAR(standard_air(row.height_m).density_kgpm3, row.density, row.digit / 2) << row.height_m;
 }
 
@@ -66,7 +69,8 @@ TEST(Wgs84Environment, KnowsNorthEastDownAndHeightEverywhereEvenAtThePoles) {
           continue;
         }
         const Eigen::Matrix3d expected = geodesy::ecef_from_ned(place).rotation.toRotationMatrix();
-        EXPECT_LT((here.ecef_from_ned - expected).norm(), 1e-10 / std::cos(place.lat_rad) * 1e-4 + 1e-10) << lat << " " << lon;
+        EXPECT_LT((here.ecef_from_ned - expected).norm(), 1e-10 / std::cos(place.lat_rad) * 1e-4 + 1e-10)
+            << lat << " " << lon;
       }
   const Surroundings pole = environment.at({Vector3d(0, 0, 6356752.3142)});
   EXPECT_TRUE(pole.ecef_from_ned.allFinite());

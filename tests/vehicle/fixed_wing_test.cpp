@@ -21,17 +21,15 @@ const Vector3d still_air = Vector3d::Zero();
 Trim cruise() { return trim(aerosonde(), {.airspeed_mps = 25}, flat, origin).value(); }
 FixedWingState cruising(double yaw_rad = 0) { return trimmed_state(cruise(), flat, origin, yaw_rad, still_air); }
 
-FixedWingState fly(FixedWingState state, const Environment& environment, const Controls& controls, const Vector3d& wind, double seconds,
-                   double dt_s = step_s) {
+FixedWingState fly(FixedWingState state, const Environment& environment, const Controls& controls, const Vector3d& wind,
+                   double seconds, double dt_s = step_s) {
   const FixedWing vehicle = aerosonde();
   const int steps = static_cast<int>(std::lround(seconds / dt_s));
   for (int i = 0; i < steps; ++i) state = advance(vehicle, environment, state, controls, wind, i * dt_s, dt_s).value();
   return state;
 }
 
-Vector3d in_ned(const FixedWingState& state) {
-  return (geodesy::ecef_from_ned(origin).inverse() * state.position).xyz;
-}
+Vector3d in_ned(const FixedWingState& state) { return (geodesy::ecef_from_ned(origin).inverse() * state.position).xyz; }
 
 /// Body rates a moment after one control was moved from trim.
 Vector3d rates_after(void (*move)(Controls&)) {
@@ -99,13 +97,16 @@ TEST(FixedWing, WindOnlyCarriesTheFlightAlong) {
 TEST(FixedWing, StaysFiniteAtAndNearZeroAirspeed) {
   const FixedWing vehicle = aerosonde();
   for (const double speed : {0.0, 1e-300, 1e-12, 1e-3, 1.0})
-    for (const Vector3d& way : {Vector3d(1, 0, 0), Vector3d(-1, 0, 0), Vector3d(0, 1, 0), Vector3d(0, 0, -1), Vector3d(-1, -1, 1)})
+    for (const Vector3d& way :
+         {Vector3d(1, 0, 0), Vector3d(-1, 0, 0), Vector3d(0, 1, 0), Vector3d(0, 0, -1), Vector3d(-1, -1, 1)})
       for (const double throttle : {0.0, 1.0}) {
         FixedWingState state = cruising();
         state.velocity.xyz = state.ecef_from_body.quaternion * (speed * way);
         const Controls controls{{0.1, -0.1, 0.1}, throttle};
-        EXPECT_TRUE(derivative(vehicle, flat, to_vector(state), controls, still_air).allFinite()) << speed << " " << way.transpose();
-        EXPECT_TRUE(to_vector(fly(state, flat, controls, still_air, 20)).allFinite()) << speed << " " << way.transpose();
+        EXPECT_TRUE(derivative(vehicle, flat, to_vector(state), controls, still_air).allFinite())
+            << speed << " " << way.transpose();
+        EXPECT_TRUE(to_vector(fly(state, flat, controls, still_air, 20)).allFinite())
+            << speed << " " << way.transpose();
       }
 }
 
@@ -143,7 +144,8 @@ TEST(FixedWing, ThrottleBeyondItsLimitsIsItsLimits) {
   Controls over = cruise().controls, full = over;
   over.throttle = 7;
   full.throttle = 1;
-  EXPECT_EQ(derivative(aerosonde(), flat, to_vector(state), over, still_air), derivative(aerosonde(), flat, to_vector(state), full, still_air));
+  EXPECT_EQ(derivative(aerosonde(), flat, to_vector(state), over, still_air),
+            derivative(aerosonde(), flat, to_vector(state), full, still_air));
 }
 
 TEST(FixedWing, APropellerIsNotTurnedBackwardsByFriction) {
@@ -163,7 +165,8 @@ TEST(FixedWing, ABodyWithoutAirKeepsEnergyAndAngularMomentum) {
   };
   const auto momentum = [&](const FixedWingState& s) {
     const Vector3d& w = s.body_rates_radps;
-    return Vector3d(s.ecef_from_body.quaternion * Vector3d(v.jxx_kgm2 * w.x() - v.jxz_kgm2 * w.z(), v.jyy_kgm2 * w.y(), v.jzz_kgm2 * w.z() - v.jxz_kgm2 * w.x()));
+    return Vector3d(s.ecef_from_body.quaternion * Vector3d(v.jxx_kgm2 * w.x() - v.jxz_kgm2 * w.z(), v.jyy_kgm2 * w.y(),
+                                                           v.jzz_kgm2 * w.z() - v.jxz_kgm2 * w.x()));
   };
   const double energy_before = energy(state);
   const Vector3d momentum_before = momentum(state);
@@ -183,7 +186,8 @@ TEST(FixedWing, OverTheTurningEarthAFallIsDeflectedToTheEast) {
   const Vector3d p = in_ned(fly(state, vacuum, {}, still_air, 10));
   const double east = 7.292115e-5 * g * std::cos(origin.lat_rad) * 1000 / 3;
   EXPECT_NEAR(p.y(), east, 2e-3 * east);
-  EXPECT_NEAR(p.z(), 0.5 * g * 100, 0.5 * g * 100 * 2e-4) << "gravity weakens by 1.5e-4 over the fall, on average half that";
+  EXPECT_NEAR(p.z(), 0.5 * g * 100, 0.5 * g * 100 * 2e-4)
+      << "gravity weakens by 1.5e-4 over the fall, on average half that";
 }
 
 TEST(FixedWing, AStepKeepsTheQuaternionOfUnitLength) {
@@ -202,9 +206,12 @@ TEST(FixedWing, AFlightConvergesWithTheFourthOrder) {
   Controls controls = cruise().controls;
   controls.surfaces.elevator_rad -= 0.1;
   controls.surfaces.aileron_rad += 0.1;
-  const auto end = [&](double dt) { return FixedWingVector(to_vector(fly(cruising(), flat, controls, still_air, 0.5, dt))).tail<13>().eval(); };
+  const auto end = [&](double dt) {
+    return FixedWingVector(to_vector(fly(cruising(), flat, controls, still_air, 0.5, dt))).tail<13>().eval();
+  };
   const auto exact = end(1.0 / 6400);
-  const double coarse = (end(1.0 / 100) - exact).norm(), fine = (end(1.0 / 200) - exact).norm(), finer = (end(1.0 / 400) - exact).norm();
+  const double coarse = (end(1.0 / 100) - exact).norm(), fine = (end(1.0 / 200) - exact).norm(),
+               finer = (end(1.0 / 400) - exact).norm();
   // The next term of the error is about dt over the servos' lag of 0.02 s: half of it at the coarsest step.
   EXPECT_NEAR(coarse / fine, 16, 8);
   EXPECT_NEAR(fine / finer, 16, 4);

@@ -38,7 +38,9 @@ TEST(AerosondeOracle, ForcesAtTwentyFiveMetresASecond) {
 
 TEST(AerosondeOracle, MotorInFlightAndAtRest) {
   const Propulsion motor = aerosonde().propulsion;
-  struct Row { double throttle, airspeed, omega, thrust, thrust_digit, torque; };
+  struct Row {
+    double throttle, airspeed, omega, thrust, thrust_digit, torque;
+  };
   for (const Row& row : {Row{0.5, 25, 340.95, -12.432, 1e-3, -0.4989}, Row{0.75, 25, 499.59, 7.917, 1e-3, 0.5240},
                          Row{1.0, 25, 655.68, 37.774, 1e-3, 1.8096}, Row{0.5, 0, 330.12, 21.816, 1e-3, 0.6194},
                          Row{1.0, 0, 649.95, 84.563, 1e-3, 2.4011}, Row{0.0, 25, 0, -22.6, 0.1, 0}}) {

@@ -16,7 +16,8 @@ const Vector3d still_air = Vector3d::Zero();
 
 FixedWingState fly(FixedWingState state, const Environment& environment, const Controls& controls, double seconds) {
   const FixedWing vehicle = aerosonde();
-  for (int i = 0; i < seconds * 400; ++i) state = advance(vehicle, environment, state, controls, still_air, i / 400.0, 1.0 / 400).value();
+  for (int i = 0; i < seconds * 400; ++i)
+    state = advance(vehicle, environment, state, controls, still_air, i / 400.0, 1.0 / 400).value();
   return state;
 }
 
@@ -63,8 +64,11 @@ TEST(Trim, AMinuteOfTurnClosesItsCircle) {
   const auto t = trim(aerosonde(), {.airspeed_mps = 25, .turn_radius_m = radius}, flat, origin);
   ASSERT_TRUE(t) << t.error().message;
   const FixedWingState start = trimmed_state(*t, flat, origin, 0, still_air);
-  const auto place = [&](const FixedWingState& s) { return (geodesy::ecef_from_ned(origin).inverse() * s.position).xyz; };
-  const Vector3d half = place(fly(start, flat, t->controls, around_s / 2)), whole = place(fly(start, flat, t->controls, around_s));
+  const auto place = [&](const FixedWingState& s) {
+    return (geodesy::ecef_from_ned(origin).inverse() * s.position).xyz;
+  };
+  const Vector3d half = place(fly(start, flat, t->controls, around_s / 2)),
+                 whole = place(fly(start, flat, t->controls, around_s));
   // Times are cut to steps of 2.5 ms, up to 0.0625 m of path.
   EXPECT_NEAR(half.head<2>().norm(), 2 * radius, 0.1);
   EXPECT_GT(half.y(), 0) << "a positive radius turns to the right";
@@ -76,11 +80,14 @@ TEST(Trim, SaysWhyThereIsNone) {
     const auto t = trim(aerosonde(), target, density, gravity);
     return t ? std::string("found") : t.error().message;
   };
-  EXPECT_NE(message({.airspeed_mps = 25, .climb_angle_rad = 0.5}).find("throttle"), std::string::npos) << message({.airspeed_mps = 25, .climb_angle_rad = 0.5});
+  EXPECT_NE(message({.airspeed_mps = 25, .climb_angle_rad = 0.5}).find("throttle"), std::string::npos)
+      << message({.airspeed_mps = 25, .climb_angle_rad = 0.5});
   EXPECT_NE(message({.airspeed_mps = 0}).find("above zero"), std::string::npos);
   EXPECT_NE(message({.airspeed_mps = -3}).find("above zero"), std::string::npos);
   EXPECT_NE(message({.airspeed_mps = std::nan("")}).find("above zero"), std::string::npos);
-  for (const TrimTarget& impossible : {TrimTarget{.airspeed_mps = 5}, TrimTarget{.airspeed_mps = 25, .turn_radius_m = 10}, TrimTarget{.airspeed_mps = 25, .climb_angle_rad = -1.5}})
+  for (const TrimTarget& impossible :
+       {TrimTarget{.airspeed_mps = 5}, TrimTarget{.airspeed_mps = 25, .turn_radius_m = 10},
+        TrimTarget{.airspeed_mps = 25, .climb_angle_rad = -1.5}})
     EXPECT_NE(message(impossible).find("steady flight at"), std::string::npos) << message(impossible);
 }
 

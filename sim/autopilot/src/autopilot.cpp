@@ -9,8 +9,8 @@ namespace {
 constexpr double pi = std::numbers::pi;
 constexpr double gravity_mps2 = 9.81;  // of feed-forward; the loops mend the rest
 
-/// The course error to turn by. About straight behind, where rounding would choose the side, it is to the right: the cut
-/// lies at -(pi - 0.1) rather than at pi.
+/// The course error to turn by. About straight behind, where rounding would choose the side, it is to the right: the
+/// cut lies at -(pi - 0.1) rather than at pi.
 double turn_to(double course_rad, double now_rad) {
   const double error = std::remainder(course_rad - now_rad, 2 * pi);
   return error < -(pi - 0.1) ? error + 2 * pi : error;
@@ -33,7 +33,8 @@ Result<FeedForward> feed_forward(const FixedWing& vehicle, double airspeed_mps, 
   if (!level) return fail(level);
   const auto turn = trim(vehicle, {.airspeed_mps = airspeed_mps, .turn_radius_m = radius_m}, density_kgpm3, gravity);
   if (!turn) return fail(turn);
-  const auto descent = trim(vehicle, {.airspeed_mps = airspeed_mps, .climb_angle_rad = descent_rad}, density_kgpm3, gravity);
+  const auto descent =
+      trim(vehicle, {.airspeed_mps = airspeed_mps, .climb_angle_rad = descent_rad}, density_kgpm3, gravity);
   if (!descent) return fail(descent);
 
   FeedForward ff;
@@ -69,7 +70,8 @@ double Autopilot::pitch_command(double climb_rad, const Navigation& now, double 
 double Autopilot::throttle_command(double climb_rad, const Navigation& now, double dt_s) {
   const double error_mps = ff_.level.target.airspeed_mps - now.airspeed_mps;
   const double base = ff_.level.controls.throttle + ff_.throttle_per_climb * climb_rad + gains_.airspeed_kp * error_mps;
-  airspeed_integral_ = integrated(airspeed_integral_, gains_.airspeed_ki * error_mps * dt_s, base + airspeed_integral_, 0, 1);
+  airspeed_integral_ =
+      integrated(airspeed_integral_, gains_.airspeed_ki * error_mps * dt_s, base + airspeed_integral_, 0, 1);
   return std::clamp(base + airspeed_integral_, 0.0, 1.0);
 }
 

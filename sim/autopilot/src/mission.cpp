@@ -43,21 +43,26 @@ Fillet fillet_between(const Waypoint& a, const Waypoint& b, const Waypoint& c, d
   return fillet;
 }
 
-bool finite(const Waypoint& w) { return std::isfinite(w.north_m) && std::isfinite(w.east_m) && std::isfinite(w.height_m); }
+bool finite(const Waypoint& w) {
+  return std::isfinite(w.north_m) && std::isfinite(w.east_m) && std::isfinite(w.height_m);
+}
 
 }  // namespace
 
 Result<Mission> Mission::create(const Waypoint& start, std::span<const Waypoint> waypoints, double turn_radius_m,
                                 AfterMission after) {
-  // The corners in the order of the flight. One that repeats closes its round and goes on towards the second waypoint, so
-  // that the corner at the first one is known for later rounds too.
+  // The corners in the order of the flight. One that repeats closes its round and goes on towards the second waypoint,
+  // so that the corner at the first one is known for later rounds too.
   std::vector<Waypoint> corners{start};
   corners.insert(corners.end(), waypoints.begin(), waypoints.end());
   if (waypoints.empty()) return fail(Error::Kind::Malformed, "mission: expected at least one waypoint, found none");
-  if (!(turn_radius_m > 0)) return fail(Error::Kind::Malformed, fmt::format("mission: expected a turn radius above 0, found {} m", turn_radius_m));
+  if (!(turn_radius_m > 0))
+    return fail(Error::Kind::Malformed,
+                fmt::format("mission: expected a turn radius above 0, found {} m", turn_radius_m));
   const bool repeats = after == AfterMission::Repeat;
   if (repeats) {
-    if (waypoints.size() < 2) return fail(Error::Kind::Malformed, "mission: expected at least two waypoints to repeat, found one");
+    if (waypoints.size() < 2)
+      return fail(Error::Kind::Malformed, "mission: expected at least two waypoints to repeat, found one");
     corners.push_back(waypoints[0]);
     corners.push_back(waypoints[1]);
   }
@@ -65,9 +70,11 @@ Result<Mission> Mission::create(const Waypoint& start, std::span<const Waypoint>
     const auto name = [&](std::size_t k) {
       return k == 0 ? std::string("the start") : fmt::format("waypoint {}", (k - 1) % waypoints.size() + 1);
     };
-    if (!finite(corners[i])) return fail(Error::Kind::Malformed, fmt::format("mission: {}: a coordinate is not a finite number", name(i)));
+    if (!finite(corners[i]))
+      return fail(Error::Kind::Malformed, fmt::format("mission: {}: a coordinate is not a finite number", name(i)));
     if (i > 0 && !((plan(corners[i]) - plan(corners[i - 1])).norm() >= 1))
-      return fail(Error::Kind::Malformed, fmt::format("mission: {} and {} are less than 1 m apart in plan", name(i - 1), name(i)));
+      return fail(Error::Kind::Malformed,
+                  fmt::format("mission: {} and {} are less than 1 m apart in plan", name(i - 1), name(i)));
   }
 
   // Lay the path: each leg up to its fillet, then the fillet.
@@ -79,7 +86,8 @@ Result<Mission> Mission::create(const Waypoint& start, std::span<const Waypoint>
     const Vector2d along = (plan(b) - plan(a)).normalized();
     const Fillet fillet = i + 2 < corners.size() ? fillet_between(a, b, corners[i + 2], turn_radius_m) : Fillet{};
     if (repeats && i == 1) mission.again_ = mission.pieces_.size();
-    mission.pieces_.push_back({StraightPath{plan(a), plan(b), a.height_m, b.height_m}, plan(b) - fillet.cut_m * along, along});
+    mission.pieces_.push_back(
+        {StraightPath{plan(a), plan(b), a.height_m, b.height_m}, plan(b) - fillet.cut_m * along, along});
     if (fillet.cut_m > 0) {
       const Vector2d next = (plan(corners[i + 2]) - plan(b)).normalized();
       mission.pieces_.push_back({fillet.arc, plan(b) + fillet.cut_m * next, next});

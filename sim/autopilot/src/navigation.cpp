@@ -10,7 +10,8 @@ Navigation true_navigation(const FixedWingState& state, const Environment& envir
   const Surroundings here = environment.at(state.position);
   const Vector3d p_enu = (scene.enu_from_ecef() * state.position).xyz;
   const Vector3d velocity_ned = here.ecef_from_ned.transpose() * state.velocity.xyz;
-  const Eigen::Matrix3d ned_from_body = here.ecef_from_ned.transpose() * state.ecef_from_body.quaternion.toRotationMatrix();
+  const Eigen::Matrix3d ned_from_body =
+      here.ecef_from_ned.transpose() * state.ecef_from_body.quaternion.toRotationMatrix();
 
   Navigation out;
   out.north_m = p_enu.y();

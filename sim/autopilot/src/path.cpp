@@ -52,14 +52,16 @@ Guidance follow_circle(const CirclePath& circle, const Navigation& now, const Pa
 
   Guidance out;
   out.course_rad = bearing + sense * (pi / 2 + std::atan(gains.circle * outside));
-  // In wind the nose does not point along the course, and only the part of lift across the course bends the path. Far off
-  // the circle there is nothing to bend yet.
+  // In wind the nose does not point along the course, and only the part of lift across the course bends the path. Far
+  // off the circle there is nothing to bend yet.
   const double crab = std::cos(now.course_rad - now.attitude.yaw_rad);
-  const double bend = now.ground_speed_mps * now.ground_speed_mps / (gravity_mps2 * circle.radius_m * std::max(0.5, crab));
+  const double bend =
+      now.ground_speed_mps * now.ground_speed_mps / (gravity_mps2 * circle.radius_m * std::max(0.5, crab));
   out.roll_rad = sense * std::atan(bend) * std::max(0.0, 1 - std::abs(outside));
   out.height_m = circle.from_height_m + share * (circle.to_height_m - circle.from_height_m);
   if (share > 0 && share < 1)
-    out.climb_rate_mps = (circle.to_height_m - circle.from_height_m) / (circle.sweep_rad * circle.radius_m) * now.ground_speed_mps;
+    out.climb_rate_mps =
+        (circle.to_height_m - circle.from_height_m) / (circle.sweep_rad * circle.radius_m) * now.ground_speed_mps;
   return out;
 }
 

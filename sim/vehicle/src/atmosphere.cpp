@@ -7,10 +7,10 @@ namespace nadir::sim {
 namespace {
 
 struct Layer {
-  double base_m;       // geopotential height
-  double base_k;       // temperature there
-  double lapse_kpm;    // kelvin per metre upwards
-  double base_pa;      // pressure there
+  double base_m;     // geopotential height
+  double base_k;     // temperature there
+  double lapse_kpm;  // kelvin per metre upwards
+  double base_pa;    // pressure there
 };
 constexpr std::array<Layer, 8> layers{{
     {0, 288.15, -0.0065, 101325.0},
@@ -23,8 +23,8 @@ constexpr std::array<Layer, 8> layers{{
     {84852, 186.946, 0, 0.3733836},
 }};
 
-constexpr double earth_radius_m = 6356766;              // of the standard's geopotential height
-constexpr double gas_jpkgk = 8314.32 / 28.9644;         // of dry air
+constexpr double earth_radius_m = 6356766;       // of the standard's geopotential height
+constexpr double gas_jpkgk = 8314.32 / 28.9644;  // of dry air
 constexpr double gravity_per_gas_kpm = 9.80665 / gas_jpkgk;
 
 }  // namespace
@@ -41,7 +41,8 @@ Air standard_air(double height_m) {
   if (layer->lapse_kpm == 0)
     air.pressure_pa = layer->base_pa * std::exp(-gravity_per_gas_kpm * above_m / layer->base_k);
   else
-    air.pressure_pa = layer->base_pa * std::pow(layer->base_k / air.temperature_k, gravity_per_gas_kpm / layer->lapse_kpm);
+    air.pressure_pa =
+        layer->base_pa * std::pow(layer->base_k / air.temperature_k, gravity_per_gas_kpm / layer->lapse_kpm);
   air.density_kgpm3 = air.pressure_pa / (gas_jpkgk * air.temperature_k);
   return air;
 }

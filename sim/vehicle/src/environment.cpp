@@ -18,7 +18,7 @@ constexpr double j2 = 1.082629821257e-3;
 constexpr double j4 = -2.37091120e-6;
 
 /// Gradient of the potential of attraction and rotation. The next harmonic, J6 = 6e-9, is left out: 2e-6 m/s^2.
-/// Source: Heiskanen and Moritz, Physical Geodesy, 1967, equation 2-92, differentiated: the harmonic of degree n pulls
+/// Source: Heiskanen and Moritz, Physical Geodesy, 1967, section 2-9, differentiated: the harmonic of degree n pulls
 /// with J_n (a/r)^n GM/r^2 times P'_(n+1)(s) outwards and -P'_n(s) along the axis, where s is the sine of latitude.
 Vector3d normal_gravity(const Vector3d& p) {
   const double r2 = p.squaredNorm(), r = std::sqrt(r2);
@@ -66,7 +66,8 @@ Surroundings Environment::at(const geodesy::Point<geodesy::frame::Ecef>& place) 
   const Eigen::Vector2d reduced = Eigen::Vector2d(b_m * axis_m, a_m * p.z()).normalized();  // cosine, sine
   const Eigen::Vector2d latitude =
       Eigen::Vector2d(axis_m - e2 * a_m * reduced.x() * reduced.x() * reduced.x(),
-                      p.z() + e2 / (1 - e2) * b_m * reduced.y() * reduced.y() * reduced.y()).normalized();
+                      p.z() + e2 / (1 - e2) * b_m * reduced.y() * reduced.y() * reduced.y())
+          .normalized();
   const double cos_lat = latitude.x(), sin_lat = latitude.y();
   const double cos_lon = axis_m > 0 ? p.x() / axis_m : 1, sin_lon = axis_m > 0 ? p.y() / axis_m : 0;
 

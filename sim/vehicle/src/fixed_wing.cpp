@@ -22,10 +22,16 @@ FixedWing aerosonde() {
   a.pitch = {.zero = 0.0135, .alpha = -2.74, .q = -38.21, .elevator = -0.99};
   a.yaw = {.beta = 0.073, .p = 0.069, .r = -0.095, .aileron = -0.011, .rudder = -0.069};
   a.propulsion = {.diameter_m = 0.508,
-                  .ct0 = 0.09357, .ct1 = -0.06044, .ct2 = -0.1079,
-                  .cq0 = 0.005230, .cq1 = 0.004970, .cq2 = -0.01664,
+                  .ct0 = 0.09357,
+                  .ct1 = -0.06044,
+                  .ct2 = -0.1079,
+                  .cq0 = 0.005230,
+                  .cq1 = 0.004970,
+                  .cq2 = -0.01664,
                   .kq_vspr = 0.06586,  // of 145 rpm a volt
-                  .max_voltage_v = 44.4, .resistance_ohm = 0.042, .no_load_current_a = 1.5};
+                  .max_voltage_v = 44.4,
+                  .resistance_ohm = 0.042,
+                  .no_load_current_a = 1.5};
   a.servo_time_constant_s = 0.02;
   a.max_deflection_rad = 40 * (std::numbers::pi / 180);
   return a;
@@ -78,8 +84,8 @@ Loads aerodynamics(const FixedWing& vehicle, const AirData& air, const Vector3d&
   const double br = vehicle.span_m * rates_radps.z();
 
   const auto newtons = [&](const Coefficient& c, double at_alpha) {
-    return pressure_n * (at_alpha + c.beta * air.beta_rad + c.elevator * surfaces.elevator_rad + c.aileron * surfaces.aileron_rad +
-                         c.rudder * surfaces.rudder_rad) +
+    return pressure_n * (at_alpha + c.beta * air.beta_rad + c.elevator * surfaces.elevator_rad +
+                         c.aileron * surfaces.aileron_rad + c.rudder * surfaces.rudder_rad) +
            damping_ns * (c.p * bp + c.q * cq + c.r * br);
   };
   const auto linear = [&](const Coefficient& c) { return c.zero + c.alpha * alpha; };
@@ -133,8 +139,8 @@ struct Flight {
   Vector3d rates_radps;  // against the ground's frame
   Loads loads;
 };
-Flight flight(const FixedWing& vehicle, const Environment& environment, const FixedWingState& state, const Controls& controls,
-              const Vector3d& wind_ned_mps) {
+Flight flight(const FixedWing& vehicle, const Environment& environment, const FixedWingState& state,
+              const Controls& controls, const Vector3d& wind_ned_mps) {
   Flight f;
   f.here = environment.at(state.position);
   f.ecef_from_body = state.ecef_from_body.quaternion.toRotationMatrix();
@@ -147,8 +153,8 @@ Flight flight(const FixedWing& vehicle, const Environment& environment, const Fi
 
 }  // namespace
 
-Loads loads(const FixedWing& vehicle, const Environment& environment, const FixedWingState& state, const Controls& controls,
-            const Vector3d& wind_ned_mps) {
+Loads loads(const FixedWing& vehicle, const Environment& environment, const FixedWingState& state,
+            const Controls& controls, const Vector3d& wind_ned_mps) {
   return flight(vehicle, environment, state, controls, wind_ned_mps).loads;
 }
 
@@ -176,7 +182,9 @@ FixedWingVector derivative(const FixedWing& vehicle, const Environment& environm
 
 Result<FixedWingState> advance(const FixedWing& vehicle, const Environment& environment, const FixedWingState& state,
                                const Controls& controls, const Vector3d& wind_ned_mps, double t_s, double dt_s) {
-  const auto change = [&](double, const FixedWingVector& x) { return derivative(vehicle, environment, x, controls, wind_ned_mps); };
+  const auto change = [&](double, const FixedWingVector& x) {
+    return derivative(vehicle, environment, x, controls, wind_ned_mps);
+  };
   FixedWingVector x = rk4_step(change, t_s, to_vector(state), dt_s);
   renormalise_quaternion(x, 6);
   const auto finite = finite_or_error(x, t_s + dt_s);

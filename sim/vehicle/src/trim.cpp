@@ -23,7 +23,9 @@ struct Problem {
   }
   static Eigen::Quaterniond attitude(const Vector7& u) { return geodesy::quaternion_from({0, u[2], u[1]}); }
   static Surfaces surfaces(const Vector7& u) { return {u[3], u[4], u[5]}; }
-  Vector3d velocity(const Vector7& u) const { return target.airspeed_mps * Vector3d(std::cos(u[0]), 0, std::sin(u[0])); }
+  Vector3d velocity(const Vector7& u) const {
+    return target.airspeed_mps * Vector3d(std::cos(u[0]), 0, std::sin(u[0]));
+  }
 
   Vector7 residual(const Vector7& u) const {
     const Eigen::Quaterniond ned_from_body = attitude(u);
@@ -31,7 +33,8 @@ struct Problem {
     const Loads l = loads(vehicle, air_data_from(v), turn, surfaces(u), u[6], density_kgpm3);
     const Vector3d gravity = ned_from_body.conjugate() * Vector3d(0, 0, gravity_mps2);
     Vector7 out;
-    out << l.force_body_n / vehicle.mass_kg + gravity - turn.cross(v), angular_acceleration(vehicle, turn, l.moment_body_nm),
+    out << l.force_body_n / vehicle.mass_kg + gravity - turn.cross(v),
+        angular_acceleration(vehicle, turn, l.moment_body_nm),
         (ned_from_body * v).z() + target.airspeed_mps * std::sin(target.climb_angle_rad);
     return out;
   }
@@ -49,9 +52,10 @@ struct Problem {
 };
 
 std::string describe(const TrimTarget& target) {
-  return fmt::format("steady flight at {} m/s, climbing at {:.2f} deg, {}", target.airspeed_mps,
-                     geodesy::to_degrees(target.climb_angle_rad),
-                     target.turn_radius_m == 0 ? std::string("straight") : fmt::format("turning at {} m", target.turn_radius_m));
+  return fmt::format(
+      "steady flight at {} m/s, climbing at {:.2f} deg, {}", target.airspeed_mps,
+      geodesy::to_degrees(target.climb_angle_rad),
+      target.turn_radius_m == 0 ? std::string("straight") : fmt::format("turning at {} m", target.turn_radius_m));
 }
 
 }  // namespace
@@ -63,8 +67,10 @@ Result<Trim> trim(const FixedWing& vehicle, const TrimTarget& target, double den
   // Start from the bank of a coordinated turn, small angles and half throttle.
   const Problem problem{vehicle, target, density_kgpm3, gravity_mps2};
   const double alpha = 0.05;
-  const double bank = target.turn_radius_m == 0 ? 0
-                      : std::atan(target.airspeed_mps * target.airspeed_mps / (gravity_mps2 * target.turn_radius_m));
+  const double bank =
+      target.turn_radius_m == 0
+          ? 0
+          : std::atan(target.airspeed_mps * target.airspeed_mps / (gravity_mps2 * target.turn_radius_m));
   Vector7 u;
   u << alpha, bank, target.climb_angle_rad + alpha * std::cos(bank), 0, 0, 0, 0.5;
 
@@ -79,7 +85,8 @@ Result<Trim> trim(const FixedWing& vehicle, const TrimTarget& target, double den
     left = problem.residual(u);
   }
   if (!(left.norm() < 10 * good_enough))
-    return fail(Error::Kind::NotFound, fmt::format("{}: none was found; an acceleration of {:.3g} m/s^2 is left", describe(target), left.norm()));
+    return fail(Error::Kind::NotFound, fmt::format("{}: none was found; an acceleration of {:.3g} m/s^2 is left",
+                                                   describe(target), left.norm()));
 
   Trim found;
   found.target = target;
@@ -93,12 +100,14 @@ Result<Trim> trim(const FixedWing& vehicle, const TrimTarget& target, double den
 
   // Solved without limits, so that a failure can say how far off it is.
   if (u[6] < 0 || u[6] > 1)
-    return fail(Error::Kind::NotFound, fmt::format("{}: needs a throttle of {:.3f} where 0 to 1 is all there is", describe(target), u[6]));
+    return fail(Error::Kind::NotFound,
+                fmt::format("{}: needs a throttle of {:.3f} where 0 to 1 is all there is", describe(target), u[6]));
   const char* const names[] = {"elevator", "aileron", "rudder"};
   for (int i = 0; i < 3; ++i)
     if (std::abs(u[3 + i]) > vehicle.max_deflection_rad)
-      return fail(Error::Kind::NotFound, fmt::format("{}: needs {:.1f} deg of {} where {:.1f} is all there is", describe(target),
-                  geodesy::to_degrees(u[3 + i]), names[i], geodesy::to_degrees(vehicle.max_deflection_rad)));
+      return fail(Error::Kind::NotFound, fmt::format("{}: needs {:.1f} deg of {} where {:.1f} is all there is",
+                                                     describe(target), geodesy::to_degrees(u[3 + i]), names[i],
+                                                     geodesy::to_degrees(vehicle.max_deflection_rad)));
   return found;
 }
 
@@ -108,8 +117,8 @@ Result<Trim> trim(const FixedWing& vehicle, const TrimTarget& target, const Envi
   return trim(vehicle, target, here.density_kgpm3, here.gravity_ecef_mps2.norm());
 }
 
-FixedWingState trimmed_state(const Trim& trim, const Environment& environment, const geodesy::Geodetic& place, double yaw_rad,
-                             const Vector3d& wind_ned_mps) {
+FixedWingState trimmed_state(const Trim& trim, const Environment& environment, const geodesy::Geodetic& place,
+                             double yaw_rad, const Vector3d& wind_ned_mps) {
   FixedWingState state;
   state.position = geodesy::ecef_from_geodetic(place);
   const Surroundings here = environment.at(state.position);

@@ -28,16 +28,16 @@ using Path = std::variant<StraightPath, CirclePath>;
 /// What the loops are to follow in this moment.
 struct Guidance {
   double course_rad = 0;
-  double roll_rad = 0;        // bank that the path's own curve needs
+  double roll_rad = 0;  // bank that the path's own curve needs
   double height_m = 0;
   double climb_rate_mps = 0;  // that the path's own slope needs
 };
 
 /// How fast a vehicle closes in on a path.
 struct PathGains {
-  double approach_rad = 1.0472;      // course towards a line from far away, (0, pi/2)
-  double line_per_m = 0.03;          // how sharply that fades near the line
-  double circle = 5;                 // the same around a circle, in units of its radius
+  double approach_rad = 1.0472;  // course towards a line from far away, (0, pi/2)
+  double line_per_m = 0.03;      // how sharply that fades near the line
+  double circle = 5;             // the same around a circle, in units of its radius
 };
 
 /// Vector field around the path: a course that leads onto it and along it, from wherever the vehicle is.

@@ -9,18 +9,18 @@ namespace nadir::sim {
 
 /// What the Earth and the air at rest are at one place.
 struct Surroundings {
-  Eigen::Matrix3d ecef_from_ned;         // columns: north, east, down at this place
-  Eigen::Vector3d gravity_ecef_mps2;     // as a plumb bob feels it: with the centrifugal part
-  Eigen::Vector3d earth_rate_ecef_radps; // of ECEF against inertial space
-  double height_m = 0;                   // above the ellipsoid, or above the flat Earth's plane
+  Eigen::Matrix3d ecef_from_ned;          // columns: north, east, down at this place
+  Eigen::Vector3d gravity_ecef_mps2;      // as a plumb bob feels it: with the centrifugal part
+  Eigen::Vector3d earth_rate_ecef_radps;  // of ECEF against inertial space
+  double height_m = 0;                    // above the ellipsoid, or above the flat Earth's plane
   double density_kgpm3 = 0;
 };
 
 /// The Earth that a vehicle flies over. Positions are ECEF in either kind, so a vehicle's state means the same.
 class Environment {
  public:
-  /// The WGS-84 Earth: it turns, its gravity is the normal gravity of the ellipsoid (error under 3e-6 m/s^2 up to 100 km),
-  /// and its air is the International Standard Atmosphere. `sea_level_m`: the geoid's height above the ellipsoid
+  /// The WGS-84 Earth: it turns, its gravity is the normal gravity of the ellipsoid (error under 3e-6 m/s^2 up to 100
+  /// km), and its air is the International Standard Atmosphere. `sea_level_m`: the geoid's height above the ellipsoid
   /// in the region, since the atmosphere counts from the sea; 100 m of it are 1 % of density.
   static Environment wgs84(double sea_level_m = 0);
 

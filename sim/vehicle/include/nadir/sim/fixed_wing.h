@@ -24,12 +24,12 @@ struct FixedWing {
   double mass_kg = 0;
   double jxx_kgm2 = 0, jyy_kgm2 = 0, jzz_kgm2 = 0, jxz_kgm2 = 0;  // inertia about the centre of mass
   double wing_area_m2 = 0, span_m = 0, chord_m = 0;
-  double oswald = 0.9;            // efficiency of the wing in induced drag
-  double stall_alpha_rad = 0;     // where the lift is half linear, half a flat plate's
-  double stall_sharpness = 0;     // of that blend, per radian
+  double oswald = 0.9;         // efficiency of the wing in induced drag
+  double stall_alpha_rad = 0;  // where the lift is half linear, half a flat plate's
+  double stall_sharpness = 0;  // of that blend, per radian
 
-  Coefficient lift;   // up to the stall
-  Coefficient drag;   // `zero` is parasitic; what lift induces comes on top
+  Coefficient lift;  // up to the stall
+  Coefficient drag;  // `zero` is parasitic; what lift induces comes on top
   Coefficient side;
   Coefficient roll, pitch, yaw;
 
@@ -58,7 +58,8 @@ struct FixedWingState {
   geodesy::Point<geodesy::frame::Ecef> position{Eigen::Vector3d::Zero()};      // of the centre of mass
   geodesy::Direction<geodesy::frame::Ecef> velocity{Eigen::Vector3d::Zero()};  // against the ground, m/s
   geodesy::Rotation<geodesy::frame::Ecef, geodesy::frame::Body> ecef_from_body;
-  Eigen::Vector3d body_rates_radps = Eigen::Vector3d::Zero();  // against inertial space, along body axes: what gyros feel
+  Eigen::Vector3d body_rates_radps =
+      Eigen::Vector3d::Zero();  // against inertial space, along body axes: what gyros feel
   Surfaces surfaces;
 };
 
@@ -80,22 +81,23 @@ AirData air_data_from(const Eigen::Vector3d& velocity_body_mps);
 /// `wind_ned_mps`: where the air goes, so that (0, 5, 0) blows from the west.
 AirData air_data(const FixedWingState& state, const Environment& environment, const Eigen::Vector3d& wind_ned_mps);
 
-/// Lift coefficient of the wing alone: the linear one, faded over the stall into that of a flat plate.
-/// Source: Beard and McLain, Small Unmanned Aircraft, 2012, equations 4.9 and 4.10, the latter as a product of two
-/// logistic functions, which does not overflow.
+/// Share of the flat plate in the wing's lift: 0 while the flow is attached, 1/2 at the stall on either side, 1 beyond.
+/// Source: Beard and McLain, Small Unmanned Aircraft, 2012, equation 4.10, written as a product of two logistic
+/// functions, which does not overflow.
 double stall_blend(const FixedWing& vehicle, double alpha_rad);
 
-/// Force and moment along body axes, about the centre of mass, without gravity: force over mass is what accelerometers feel.
+/// Force and moment along body axes, about the centre of mass, without gravity: force over mass is what accelerometers
+/// feel.
 struct Loads {
   Eigen::Vector3d force_body_n;
   Eigen::Vector3d moment_body_nm;
 };
 
 /// What air and surfaces do, without the propeller.
-/// Terms with body rates are written with Va in the numerator, so that nothing is divided by airspeed and the loads fade
-/// to zero with it. `rates_radps`: against the ground's frame.
-Loads aerodynamics(const FixedWing& vehicle, const AirData& air, const Eigen::Vector3d& rates_radps, const Surfaces& surfaces,
-                   double density_kgpm3);
+/// Terms with body rates are written with Va in the numerator, so that nothing is divided by airspeed and the loads
+/// fade to zero with it. `rates_radps`: against the ground's frame.
+Loads aerodynamics(const FixedWing& vehicle, const AirData& air, const Eigen::Vector3d& rates_radps,
+                   const Surfaces& surfaces, double density_kgpm3);
 
 /// Aerodynamics and propeller. `throttle` as it is, without limits.
 Loads loads(const FixedWing& vehicle, const AirData& air, const Eigen::Vector3d& rates_radps, const Surfaces& surfaces,
@@ -103,18 +105,19 @@ Loads loads(const FixedWing& vehicle, const AirData& air, const Eigen::Vector3d&
 
 /// The same for a vehicle in flight, throttle limited: force over mass is the specific force of an accelerometer in the
 /// centre of mass.
-Loads loads(const FixedWing& vehicle, const Environment& environment, const FixedWingState& state, const Controls& controls,
-            const Eigen::Vector3d& wind_ned_mps);
+Loads loads(const FixedWing& vehicle, const Environment& environment, const FixedWingState& state,
+            const Controls& controls, const Eigen::Vector3d& wind_ned_mps);
 
 /// Angular acceleration, rad/s^2, of a body that turns at `rates_radps` under a moment.
-Eigen::Vector3d angular_acceleration(const FixedWing& vehicle, const Eigen::Vector3d& rates_radps, const Eigen::Vector3d& moment_body_nm);
+Eigen::Vector3d angular_acceleration(const FixedWing& vehicle, const Eigen::Vector3d& rates_radps,
+                                     const Eigen::Vector3d& moment_body_nm);
 
 /// Change of the state vector with time. A pure function: the same arguments give the same bits.
 FixedWingVector derivative(const FixedWing& vehicle, const Environment& environment, const FixedWingVector& x,
                            const Controls& controls, const Eigen::Vector3d& wind_ned_mps);
 
-/// The state `dt_s` later, by one Runge-Kutta step with controls and wind held. Fails where the motion diverges; `t_s` is
-/// for that message. 2.5 ms is what the simulator takes: an eighth of the servos' lag.
+/// The state `dt_s` later, by one Runge-Kutta step with controls and wind held. Fails where the motion diverges; `t_s`
+/// is for that message. 2.5 ms is what the simulator takes: an eighth of the servos' lag.
 Result<FixedWingState> advance(const FixedWing& vehicle, const Environment& environment, const FixedWingState& state,
                                const Controls& controls, const Eigen::Vector3d& wind_ned_mps, double t_s, double dt_s);
 

@@ -23,7 +23,7 @@ struct PropulsionOutput {
 
 /// At the speed where the motor's torque equals the propeller's. `throttle`: share of the voltage; commands are in
 /// [0, 1], and a solver may ask beyond.
-/// Source: Beard and McLain, Small Unmanned Aircraft, supplement to section 4.3 (2020), equations 16 to 21.
+/// Source: Beard and McLain, Small Unmanned Aircraft, supplement to section 4.3; rosflight_sim (ROS 2) has the same.
 PropulsionOutput propel(const Propulsion& propulsion, double throttle, double airspeed_mps, double density_kgpm3);
 
 }  // namespace nadir::sim

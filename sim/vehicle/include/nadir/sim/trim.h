@@ -22,10 +22,9 @@ struct Trim {
   double residual = 0;  // length of what is left: accelerations in m/s^2 and rad/s^2, rate of climb in m/s
 };
 
-/// Solves for the steady flight by Newton's method, with steps halved until they help. Over a flat Earth that does not turn:
-/// over the real one Coriolis' acceleration, 0.004 m/s^2 at 25 m/s, is left for whoever flies it.
-/// Fails where no steady flight is found or its controls lie outside the vehicle's limits, and says which.
-/// Error: residual under 1e-9.
+/// Solves for the steady flight by Newton's method, with steps halved until they help. Over a flat Earth that does not
+/// turn: over the real one Coriolis' acceleration, 0.004 m/s^2 at 25 m/s, is left for whoever flies it. Fails where no
+/// steady flight is found or its controls lie outside the vehicle's limits, and says which. Error: residual under 1e-9.
 Result<Trim> trim(const FixedWing& vehicle, const TrimTarget& target, double density_kgpm3, double gravity_mps2);
 
 /// For the air and gravity of a place.
@@ -33,7 +32,7 @@ Result<Trim> trim(const FixedWing& vehicle, const TrimTarget& target, const Envi
                   const geodesy::Geodetic& place);
 
 /// A vehicle in that flight at a place, nose towards `yaw_rad`, carried along by the wind.
-FixedWingState trimmed_state(const Trim& trim, const Environment& environment, const geodesy::Geodetic& place, double yaw_rad,
-                             const Eigen::Vector3d& wind_ned_mps);
+FixedWingState trimmed_state(const Trim& trim, const Environment& environment, const geodesy::Geodetic& place,
+                             double yaw_rad, const Eigen::Vector3d& wind_ned_mps);
 
 }  // namespace nadir::sim
