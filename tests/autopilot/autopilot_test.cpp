@@ -164,7 +164,7 @@ TEST(ClosedLoopMission, TheGainsHoldFromTwentyToThirtyMetresASecond) {
 TEST(ClosedLoopMission, WindBeyondTheAirspeedBlowsItOffItsPathAndNothingElse) {
   const MissionErrors worst = around_the_square(earth, Vector3d(18, -24, 0));
   EXPECT_GT(worst.right_m, 1000);
-  EXPECT_LT(worst.above_m, 1);
+  EXPECT_LT(worst.above_m, 1.5) << "45 degrees of bank, again and again";
   EXPECT_LT(worst.airspeed_mps, 0.2);
 }
 
