@@ -28,12 +28,12 @@ struct Range {
   }
 };
 
-/// A step of 1, 2 or 5 times a power of ten that divides `span` into `wanted` parts or fewer.
+/// A step of 1, 2 or 5 times a power of ten that divides `span` into `wanted` parts, from 2/3 to 7/4 of that many.
 struct Step {
   Step(double span, double wanted) {
     exponent = static_cast<int>(std::floor(std::log10(span / wanted)));
     const double mantissa = span / wanted / std::pow(10.0, exponent);
-    factor = mantissa <= 1 ? 1 : mantissa <= 2 ? 2 : mantissa <= 5 ? 5 : 10;
+    factor = mantissa < 1.5 ? 1 : mantissa < 3.5 ? 2 : mantissa < 7.5 ? 5 : 10;
   }
   /// Dividing by a whole power of ten gives the double nearest to the decimal number: 0.3 and not 3 * 0.1.
   double times(double count) const {
@@ -211,7 +211,7 @@ std::string chart_figure(const Chart& chart) {
     if (drawable(line.y) && !empty) y_range.include(line.y);
 
   Frame frame{.title = chart.title, .y_label = chart.y_label, .x_label = chart.x_label, .legend = {}, .data = {},
-              .x = axis_over(x_range, 0, 6), .y = axis_over(y_range, 0.06, 5), .empty = empty};
+              .x = axis_over(x_range, 0, 5), .y = axis_over(y_range, 0.06, 5), .empty = empty};
   if (infinite > 0) frame.note = fmt::format("{} {} infinite or beyond 1e290 and not drawn.", infinite, infinite == 1 ? "value is" : "values are");
 
   std::string references;
@@ -239,7 +239,7 @@ std::string histogram_figure(const Histogram& histogram) {
   std::copy_if(histogram.values.begin(), histogram.values.end(), std::back_inserter(sorted), [](double v) { return drawable(v); });
   std::sort(sorted.begin(), sorted.end());
   Frame frame{.title = histogram.title, .y_label = histogram.counted, .x_label = histogram.x_label, .legend = {}, .data = {},
-              .x = axis_over({}, 0, 6), .y = axis_over({}, 0, 4), .empty = sorted.empty()};
+              .x = axis_over({}, 0, 5), .y = axis_over({}, 0, 4), .empty = sorted.empty()};
   const std::size_t left_out = histogram.values.size() - sorted.size();
   if (left_out > 0) frame.note = fmt::format("{} of {} values are not finite and not counted.", left_out, histogram.values.size());
   if (sorted.empty()) return figure(frame);
@@ -250,7 +250,7 @@ std::string histogram_figure(const Histogram& histogram) {
   const double last = has_tail ? usual : high;
   const double largest = std::max({std::abs(low), std::abs(last), 1e-290});
   const bool constant = last - low <= 1e-12 * largest;
-  const Step step(constant ? (largest > 1e-290 ? largest : 1) : last - low, 30);
+  const Step step(constant ? (largest > 1e-290 ? largest : 1) : last - low, 25);
   const double width = step.times(1), first_bar = std::floor(low / width);
   const auto bar_of = [&](double value) { return std::floor(value / width) - first_bar; };
   std::vector<std::size_t> bars(static_cast<std::size_t>(bar_of(last)) + 1, 0);
@@ -266,7 +266,7 @@ std::string histogram_figure(const Histogram& histogram) {
   x_range.include(tail > 0 ? end + 3 * width : end);
   y_range.include(0);
   y_range.include(static_cast<double>(std::max(tail, *std::max_element(bars.begin(), bars.end()))) * 1.06);
-  frame.x = axis_over(x_range, 0, 6);
+  frame.x = axis_over(x_range, 0, 5);
   frame.y = axis_over(y_range, 0, 4);
   if (tail > 0) std::erase_if(frame.x.ticks, [&](const Tick& tick) { return tick.value > end; });
 
