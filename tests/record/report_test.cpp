@@ -224,7 +224,7 @@ TEST_F(ReportTest, MinuteOfFlightWithTwoContactSheetsStaysBelowSixMegabytes) {
     std::set<std::filesystem::path> files;
     for (const auto& entry : std::filesystem::directory_iterator(sample)) files.insert(entry.path());
     for (const auto& file : files) {
-      if (file.filename().string().starts_with("contact_")) sheets.push_back({file, file.stem().string().substr(8) + ", 24 frames"});
+      if (file.filename().string().starts_with("contact_")) sheets.push_back({file, file.stem().string().substr(8)});
       if (file.filename().string().starts_with("footprints_")) maps.push_back({file, file.stem().string().substr(11) + ": path and footprints"});
     }
     ASSERT_TRUE(write_report(std::filesystem::path(sample) / "report.html", minute_of_flight(sheets, maps)));

@@ -114,9 +114,9 @@ struct Frame {
 };
 
 std::string figure(const Frame& frame) {
-  // Words right of the numbers need room for the longest one
+  // Room for the longest number; a minus takes three bytes and one place
   std::size_t longest = 0;
-  for (const Tick& tick : frame.y.ticks) longest = std::max(longest, tick.label.size());
+  for (const Tick& tick : frame.y.ticks) longest = std::max(longest, tick.label.size() - (tick.label.starts_with("−") ? 2 : 0));
 
   std::string out;
   const auto to = std::back_inserter(out);
@@ -292,8 +292,8 @@ std::string histogram_figure(const Histogram& histogram) {
     }
     frame.legend += fmt::format("<li class=\"{}\"><i></i>{} {}</li>", style, name, frame.x.number(value, 2));
   };
-  mark(median, "c1", "median");
-  mark(most, "c1 dashed", "95 % within");
+  mark(median, "strong", "median");
+  mark(most, "strong dashed", "95 % within");
   frame.legend += fmt::format("<li>largest {}</li>", frame.x.number(high, 2));
   frame.data += "</svg>\n";
   if (tail > 0)

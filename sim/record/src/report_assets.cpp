@@ -65,14 +65,14 @@ section { margin-top: 40px; scroll-margin-top: 12px; }
 .line { fill: none; stroke: var(--c); stroke-width: 1.8; stroke-linejoin: round; stroke-linecap: round; vector-effect: non-scaling-stroke; }
 .line.dashed { stroke-dasharray: 7 5; stroke-width: 1.6; }
 .line.dotted { stroke-dasharray: 1 5; stroke-width: 2.6; }
-.line.mark { stroke-linecap: butt; }
+.line.mark { stroke-linecap: butt; stroke-width: 2; }
 .bar { fill: var(--c0); stroke: var(--card); stroke-width: 1; vector-effect: non-scaling-stroke; }
 .bar:hover { fill: var(--c4); }
 line.reference { stroke: var(--soft); stroke-dasharray: 5 4; stroke-width: 1.3; }
 text.reference { fill: var(--text); paint-order: stroke; stroke: var(--card); stroke-width: 4px; stroke-linejoin: round; }
 .cursor { stroke: var(--soft); stroke-width: 1; visibility: hidden; }
 .dot { fill: var(--c); stroke: var(--card); stroke-width: 1.5; visibility: hidden; }
-.c0 { --c: var(--c0); } .c1 { --c: var(--c1); } .c2 { --c: var(--c2); } .c3 { --c: var(--c3); } .c4 { --c: var(--c4); } .c5 { --c: var(--c5); }
+.c0 { --c: var(--c0); } .c1 { --c: var(--c1); } .c2 { --c: var(--c2); } .c3 { --c: var(--c3); } .c4 { --c: var(--c4); } .c5 { --c: var(--c5); } .strong { --c: var(--text); }
 
 .picture label { display: block; cursor: zoom-in; text-align: center; }
 .picture img { display: block; max-width: 100%; max-height: 88vh; width: auto; height: auto; margin: 0 auto; border-radius: 4px; }
@@ -112,6 +112,7 @@ footer { margin-top: 40px; padding-bottom: 32px; color: var(--soft); font-size: 
   h2, h3 { break-after: avoid; }
   section { margin-top: 24px; }
   .plot { height: 150px; }
+  .picture img { max-height: 22cm; }
 }
 )css";
 
