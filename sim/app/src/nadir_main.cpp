@@ -17,6 +17,7 @@ namespace fs = std::filesystem;
 
 const std::map<std::string, std::string> summaries = {
     {"build", "make a map: a cloud-optimized pyramid from rasters or tiles"},
+    {"fly", "the whole simulator: vehicles fly, cameras render, a dataset and a report are left"},
     {"info", "say what a map is: size, levels, CRS, bands, what to mind"},
     {"render", "camera frames and ground truth for given poses"},
 };

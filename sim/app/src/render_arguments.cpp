@@ -2,58 +2,57 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <filesystem>
 
 #include "nadir/base/text.h"
 #include "nadir/geodesy/height.h"
+#include "nadir/sim/scene_setup.h"
 
 namespace nadir::app {
 namespace {
 
-using render::LayerOptions;
-
-Result<LayerOptions> layer_options(const MapArguments& arguments, const tile::Map& map) {
-  LayerOptions options;
-  const std::string role = !arguments.role.empty() ? arguments.role : !map.description().role.empty() ? map.description().role : "optical";
-  const auto parsed_role = tile::parse_role(role);
-  if (!parsed_role) return fail(parsed_role);
-  options.role = *parsed_role;
+Result<render::LayerOptions> layer_options(const MapArguments& arguments, const tile::Map& map) {
+  sim::MapSetup setup;
+  if (!arguments.role.empty()) {
+    const auto role = tile::parse_role(arguments.role);
+    if (!role) return fail(role.error().kind, "--role: " + role.error().message);
+    setup.role = *role;
+  }
   if (!arguments.bands.empty())
-    for (std::string_view name : split(arguments.bands, ',')) {
-      const auto band = map.description().find_band(std::string(name));
-      if (!band) return fail(band);
-      options.bands.push_back(*band);
-    }
+    for (std::string_view band : split(arguments.bands, ',')) setup.bands.emplace_back(band);
   if (!arguments.radar_scale.empty()) {
     const auto scale = tile::parse_radar_scale(arguments.radar_scale);
     if (!scale) return fail(scale.error().kind, "--radar-scale: " + scale.error().message);
-    options.radar_scale = *scale;
+    setup.radar_scale = *scale;
   }
-
-  if (arguments.output.empty() && arguments.range.empty()) return options;
-  const auto own_type = map.sample_type(options.bands.empty() ? map.description().data_bands() : options.bands);
-  if (!own_type) return fail(own_type);
-  const auto type = arguments.output.empty() ? own_type : tile::parse_sample_type(arguments.output);
-  if (!type) return fail(type.error().kind, "--output: " + type.error().message);
-  render::Output output{*type};
+  std::optional<tile::SampleType> output;
+  if (!arguments.output.empty()) {
+    const auto type = tile::parse_sample_type(arguments.output);
+    if (!type) return fail(type.error().kind, "--output: " + type.error().message);
+    output = *type;
+  }
+  std::optional<std::pair<double, double>> range;
   if (!arguments.range.empty()) {
-    const auto range = parse_numbers("--range", arguments.range, 2, 2, "0,3000");
-    if (!range) return fail(range);
-    output.low = (*range)[0];
-    output.high = (*range)[1];
-  } else if (*type == *own_type || *type == tile::SampleType::Float32) {
-    return arguments.output.empty() || *type == *own_type ? options : (options.output = output, options);
-  } else {
-    const auto natural = render::natural_output(*own_type);
-    if (!natural)
-      return fail(Error::Kind::Malformed, fmt::format("{}: --output {} of a map of {} needs --range LOW,HIGH: the map values that become the darkest and the brightest",
-                                                      arguments.path, arguments.output, tile::to_string(*own_type)));
-    output.low = natural->low;
-    output.high = natural->high;
+    const auto values = parse_numbers("--range", arguments.range, 2, 2, "0,3000");
+    if (!values) return fail(values);
+    range = {(*values)[0], (*values)[1]};
   }
-  options.output = output;
-  return options;
+  return sim::layer_options(map, setup, output, range);
 }
+
+/// lat,lon,height in degrees and metres; the height may carry a datum.
+Result<sim::OriginSetup> parse_origin(const std::string& text) {
+  const std::vector<std::string_view> fields = split(text, ',');
+  const auto lat_lon = fields.size() == 3 ? parse_numbers("--origin", text.substr(0, text.rfind(',')), 2, 2, "38.1,-0.76,0") : parse_numbers("--origin", text, 3, 3, "38.1,-0.76,0");
+  if (!lat_lon) return fail(lat_lon);
+  if (std::abs((*lat_lon)[0]) > 90 || std::abs((*lat_lon)[1]) > 360)
+    return fail(Error::Kind::Malformed, fmt::format("--origin '{}': expected a latitude of at most 90 and a longitude of at most 360 degrees", text));
+  const auto height = geodesy::parse_height(fields[2]);
+  if (!height) return fail(height.error().kind, "--origin: " + height.error().message);
+  return sim::OriginSetup{(*lat_lon)[0], (*lat_lon)[1], *height};
+}
+
 
 }  // namespace
 
@@ -128,30 +127,16 @@ Result<render::Scene> make_scene(const RenderArguments& arguments) {
   if (!typed) return fail(typed.error().kind, "--plane-height: " + typed.error().message);
   if (typed->datum == geodesy::HeightDatum::Agl) return fail(Error::Kind::Malformed, "--plane-height: expected a height above the ellipsoid or msl: it is the ground");
 
-  geodesy::Geodetic origin = maps.front().center();
-  std::optional<geodesy::TypedHeight> origin_height;
+  std::optional<sim::OriginSetup> origin;
   if (!arguments.origin.empty()) {
-    const std::vector<std::string_view> fields = split(arguments.origin, ',');
-    const auto lat_lon = fields.size() == 3 ? parse_numbers("--origin", arguments.origin.substr(0, arguments.origin.rfind(',')), 2, 2, "38.1,-0.76,0")
-                                            : parse_numbers("--origin", arguments.origin, 3, 3, "38.1,-0.76,0");
-    if (!lat_lon) return fail(lat_lon);
-    if (std::abs((*lat_lon)[0]) > 90 || std::abs((*lat_lon)[1]) > 360)
-      return fail(Error::Kind::Malformed, fmt::format("--origin '{}': expected a latitude of at most 90 and a longitude of at most 360 degrees", arguments.origin));
-    const auto height = geodesy::parse_height(fields[2]);
-    if (!height) return fail(height.error().kind, "--origin: " + height.error().message);
-    origin = geodesy::Geodetic::degrees((*lat_lon)[0], (*lat_lon)[1], 0);
-    origin_height = *height;
+    const auto parsed = parse_origin(arguments.origin);
+    if (!parsed) return fail(parsed);
+    origin = *parsed;
   }
-  const auto plane_m = geodesy::ellipsoidal_height_m(*typed, origin.lat_rad, origin.lon_rad, 0);
-  if (!plane_m) return fail(plane_m);
-  origin.height_m = *plane_m;
-  if (origin_height) {
-    const auto height_m = geodesy::ellipsoidal_height_m(*origin_height, origin.lat_rad, origin.lon_rad, *plane_m);
-    if (!height_m) return fail(height_m);
-    origin.height_m = *height_m;
-  }
+  const auto ground = sim::ground_plane(origin, *typed, maps.front());
+  if (!ground) return fail(ground);
 
-  render::Scene scene = render::Scene::plane(origin, {.height_m = *plane_m});
+  render::Scene scene = render::Scene::plane(*ground);
   for (std::size_t i = 0; i < maps.size(); ++i) {
     const MapArguments& m = arguments.maps[i];
     auto options = layer_options(m, maps[i]);

@@ -91,9 +91,17 @@ Result<void> render_frames(const RenderArguments& arguments, const render::Rende
     if (is_blank(*frame)) ++summary.blank;
     summary.frame_ms.push_back(frame->truth().render_ms);
     if (frame_options.explain) summary.explanation = frame->explanation();
-    if (!arguments.no_pictures && dataset) overview.add(*frame, pose.time_ns);
+    if (!arguments.no_pictures && dataset) overview.add(frame->truth(), pose.time_ns);
     if (!dataset) continue;
     if (auto ok = dataset->add(std::move(*frame), pose.time_ns, arguments.vehicle, options.off_map == render::OffMap::Mask); !ok) return ok;
+  }
+  return {};
+}
+
+Result<void> write_pictures(const record::Overview& overview, render::Renderer& renderer, const std::filesystem::path& folder) {
+  for (const render::Layer& layer : overview.scene().layers()) {
+    if (auto ok = overview.write_contact_sheet(renderer, layer, folder / fmt::format("contact_{}.png", layer.name)); !ok) return ok;
+    if (auto ok = overview.write_footprints(renderer, layer, folder / fmt::format("footprints_{}.png", layer.name)); !ok) return ok;
   }
   return {};
 }
@@ -137,7 +145,7 @@ Result<void> run(const RenderArguments& arguments) {
   summary.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   const bool pictures = dataset && !arguments.no_pictures && summary.frames > 0;
   if (pictures)
-    if (auto ok = overview.write(renderer, arguments.folder); !ok) return ok;
+    if (auto ok = write_pictures(overview, renderer, arguments.folder); !ok) return ok;
 
   if (arguments.json) {
     print_json(summary, renderer, arguments.folder);

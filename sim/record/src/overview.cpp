@@ -17,8 +17,7 @@ constexpr int thumbnail_width = 320, picture_side = 1400;
 
 /// The scene with one of its layers.
 render::Scene only(const render::Scene& scene, const render::Layer& layer) {
-  return render::Scene::plane(scene.surface().frame().origin(), {.height_m = scene.surface().height_m()})
-      .with_layer(layer.name, layer.source->map(), layer.options);
+  return render::Scene::plane(scene.surface()).with_layer(layer.name, layer.source->map(), layer.options);
 }
 
 SheetFrame sheet_frame(const render::FrameLayer& layer, const render::Layer& of, std::string caption) {
@@ -62,23 +61,14 @@ Overview::Overview(const render::Scene& scene, const render::Camera& camera, std
   shown_stride_ = std::max<std::size_t>(shown_stride_, 1);
 }
 
-void Overview::add(const render::Frame& frame, std::int64_t time_ns) {
+void Overview::add(const render::Truth& truth, std::int64_t time_ns) {
   const std::size_t index = added_++;
-  const render::Truth& truth = frame.truth();
   if (index % path_stride_ == 0) path_m_.emplace_back(truth.enu_from_camera.origin.head<2>());
   if (index % shown_stride_ != 0) return;
   Seen seen{time_ns, truth.ecef_from_camera, {}};
   for (const auto& lon_lat : truth.footprint.outline_lon_lat_rad)
     if (const auto point = scene_.surface().at(lon_lat.x(), lon_lat.y())) seen.outline_m.emplace_back(point->xyz.head<2>());
   shown_.push_back(std::move(seen));
-}
-
-Result<void> Overview::write(render::Renderer& renderer, const std::filesystem::path& folder) const {
-  for (const render::Layer& layer : scene_.layers()) {
-    if (auto ok = write_contact_sheet(renderer, layer, folder / fmt::format("contact_{}.png", layer.name)); !ok) return ok;
-    if (auto ok = write_footprints(renderer, layer, folder / fmt::format("footprints_{}.png", layer.name)); !ok) return ok;
-  }
-  return {};
 }
 
 Result<void> Overview::write_contact_sheet(render::Renderer& renderer, const render::Layer& layer, const std::filesystem::path& path) const {

@@ -36,6 +36,7 @@ class Scene {
  public:
   /// The ground as a plane, level at the scene origin.
   static Scene plane(const geodesy::Geodetic& origin, const PlaneOptions& options);
+  static Scene plane(const Plane& surface) { return Scene(surface); }
 
   /// This scene and one more layer. What is wrong with it (an unknown band, a name taken) is reported by `check`, and by
   /// whoever renders the scene.

@@ -17,10 +17,14 @@ class Overview {
   /// `frames_to_come`: about as many calls of `add` as there will be; from them the frames shown are chosen evenly.
   Overview(const render::Scene& scene, const render::Camera& camera, std::size_t frames_to_come);
 
-  void add(const render::Frame& frame, std::int64_t time_ns);
+  void add(const render::Truth& truth, std::int64_t time_ns);
 
-  /// Writes contact_<layer>.png and footprints_<layer>.png.
-  Result<void> write(render::Renderer& renderer, const std::filesystem::path& folder) const;
+  /// Thumbnails of a layer's frames.
+  Result<void> write_contact_sheet(render::Renderer& renderer, const render::Layer& layer, const std::filesystem::path& path) const;
+  /// The camera's path and the outlines of what it saw, over the layer's map.
+  Result<void> write_footprints(render::Renderer& renderer, const render::Layer& layer, const std::filesystem::path& path) const;
+
+  const render::Scene& scene() const { return scene_; }
 
  private:
   struct Seen {
@@ -28,8 +32,6 @@ class Overview {
     render::CameraPose ecef_from_camera;
     std::vector<Eigen::Vector2d> outline_m;  // east, north
   };
-  Result<void> write_contact_sheet(render::Renderer& renderer, const render::Layer& layer, const std::filesystem::path& path) const;
-  Result<void> write_footprints(render::Renderer& renderer, const render::Layer& layer, const std::filesystem::path& path) const;
 
   render::Scene scene_;
   render::Camera camera_;

@@ -1,0 +1,66 @@
+#pragma once
+
+#include <map>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "nadir/render/renderer.h"
+#include "nadir/sim/pose_source.h"
+#include "nadir/sim/run_file.h"
+#include "nadir/sim/sink.h"
+
+namespace nadir::sim {
+
+/// A sensor, ready to be rendered.
+struct PreparedSensor {
+  std::string vehicle, name;
+  SensorSetup setup;
+  render::Camera camera;
+  geodesy::Pose<geodesy::frame::Body, geodesy::frame::Camera> body_from_camera;
+  render::Scene scene;  // with one layer, of the sensor's name
+};
+
+struct PreparedVehicle {
+  std::string name;
+  std::unique_ptr<PoseSource> source;
+};
+
+/// What a run cost and saw.
+struct RunSummary {
+  std::int64_t frames = 0, rejected = 0;
+  double seconds = 0;  // of the machine's clock
+  std::vector<std::string> plan_done, plan_left_out;  // of the first frame of each sensor
+};
+
+/// A run file made into maps, cameras, vehicles and scenes: all that can fail before the first step has been tried.
+class Run {
+ public:
+  static Result<Run> prepare(const RunFile& file);
+
+  const RunFile& file() const { return file_; }
+  const render::Plane& ground() const { return ground_; }
+  const std::vector<PreparedSensor>& sensors() const { return sensors_; }
+  const std::vector<PreparedVehicle>& vehicles() const { return vehicles_; }
+  const std::vector<std::pair<std::string, tile::Map>>& layers() const { return layers_; }
+  const std::vector<std::pair<std::string, tile::Map>>& onboard() const { return onboard_; }
+
+  /// Flies it once. `render_frames`: else only states are told. `pace`: as Scheduler::run has it.
+  Result<RunSummary> execute(render::Renderer& renderer, std::span<Sink* const> sinks, bool render_frames, double pace);
+
+  render::RenderOptions render_options(const PreparedSensor& sensor) const;
+
+ private:
+  Run(RunFile file, render::Plane ground) : file_(std::move(file)), ground_(std::move(ground)) {}
+  RunFile file_;
+  render::Plane ground_;
+  std::vector<std::pair<std::string, tile::Map>> layers_, onboard_;
+  std::vector<PreparedSensor> sensors_;
+  std::vector<PreparedVehicle> vehicles_;
+};
+
+/// The pose of a sensor's camera on a vehicle.
+render::CameraPose camera_pose(const VehicleState& state, const PreparedSensor& sensor);
+
+}  // namespace nadir::sim

@@ -1,0 +1,103 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "nadir/base/result.h"
+#include "nadir/geodesy/height.h"
+#include "nadir/render/mount.h"
+#include "nadir/render/quality.h"
+#include "nadir/render/renderer.h"
+#include "nadir/sim/scheduler.h"
+#include "nadir/tile/role.h"
+#include "nadir/tile/sample_type.h"
+
+namespace nadir::sim {
+
+/// A map with what it means. Paths in a run file count from the run file's folder.
+struct MapSetup {
+  std::string map;
+  std::optional<tile::Role> role;  // else the map's own, else optical
+  std::vector<std::string> bands;  // numbers or names; all where empty
+  std::optional<tile::RadarScale> radar_scale;
+};
+
+struct OriginSetup {
+  double lat_deg = 0, lon_deg = 0;
+  geodesy::TypedHeight height;
+};
+
+struct SceneSetup {
+  std::optional<OriginSetup> origin;  // else the first layer's centre at ground height
+  geodesy::TypedHeight ground;        // of the plane
+  std::vector<std::pair<std::string, MapSetup>> layers;   // the sensor source: what cameras see
+  std::vector<std::pair<std::string, MapSetup>> onboard;  // the onboard reference: what a navigation system carries
+};
+
+struct SensorSetup {
+  std::string layer, camera;
+  Rate rate;
+  std::string rate_text = "1";
+  std::array<double, 3> mount_position_m{};           // forward, right, down
+  std::array<double, 3> mount_yaw_pitch_roll_deg{};   // as typed: replaying a run must not lose a digit
+  std::optional<tile::SampleType> output;             // else the layer's own
+  std::optional<std::pair<double, double>> range;     // map values that become the output's lowest and highest
+  render::OffMap off_map = render::OffMap::Mask;
+  double fill_value = 0;
+
+  render::Mount mount() const;
+};
+
+struct WaypointSetup {
+  double north_m = 0, east_m = 0;
+  geodesy::TypedHeight height;
+};
+
+struct VehicleSetup {
+  std::string model = "aerosonde";  // or "poses": where a file says
+  std::string poses;                // of model poses
+  WaypointSetup start;
+  double yaw_deg = 0, airspeed_mps = 25;
+  std::vector<WaypointSetup> mission;  // where empty: straight on
+  double turn_radius_m = 150;
+  bool repeat_mission = false;  // else a circle at the end
+  std::vector<std::pair<std::string, SensorSetup>> sensors;
+};
+
+/// Everything that a run depends on. Read from YAML with every key checked; written back complete with defaults, so that it
+/// can be replayed to the same bytes.
+struct RunFile {
+  std::uint64_t seed = 0;
+  std::string epoch_utc = "2000-01-01T00:00:00Z";
+  std::int64_t duration_ns = 0;
+  std::string duration_text;
+  SceneSetup scene;
+  std::vector<std::pair<std::string, VehicleSetup>> vehicles;
+
+  bool flat_earth = false;  // g = 9.81, constant density: the textbook's world, for comparison with its numbers
+  double wind_north_mps = 0, wind_east_mps = 0, wind_down_mps = 0;  // where the air goes
+
+  render::Quality quality = render::Quality::balanced;
+  double geometry_tolerance_px = 0.05;
+
+  bool record_frames = true, record_telemetry = true, record_report = true, record_truth_rows = false;
+  Rate telemetry_rate = {50, 1'000'000'000};
+  std::string telemetry_rate_text = "50";
+
+  std::filesystem::path folder;  // of the run file: where relative paths count from
+  std::filesystem::path resolve(const std::string& path) const { return std::filesystem::path(path).is_absolute() ? std::filesystem::path(path) : folder / path; }
+};
+
+/// All faults of the file in one message, each with its line.
+Result<RunFile> read_run_file(const std::filesystem::path& path);
+
+/// Complete with defaults; map and camera paths absolute, so that it can be replayed from anywhere.
+std::string to_yaml(const RunFile& run);
+
+}  // namespace nadir::sim

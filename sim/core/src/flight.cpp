@@ -1,0 +1,183 @@
+#include "flight.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "nadir/sim/autopilot.h"
+#include "nadir/sim/mission.h"
+#include "nadir/sim/pose_file.h"
+#include "nadir/sim/trim.h"
+
+namespace nadir::sim {
+namespace {
+
+using namespace geodesy;
+
+const Rate dynamics_rate{400, 1'000'000'000}, control_rate{100, 1'000'000'000};
+constexpr double step_s = 0.0025, control_s = 0.01;
+constexpr std::int64_t step_ns = 2'500'000;
+
+class Flight final : public PoseSource {
+ public:
+  Flight(const FixedWing& vehicle, const Environment& environment, const Eigen::Vector3d& wind_ned_mps, const LocalFrame& scene, const FixedWingState& state,
+         const Trim& level, const FeedForward& feed_forward, Mission mission)
+      : vehicle_(vehicle), environment_(environment), wind_ned_mps_(wind_ned_mps), scene_(scene), state_(state), controls_(level.controls), autopilot_(feed_forward),
+        mission_(std::move(mission)) {}
+
+  void schedule(Scheduler& scheduler) override {
+    scheduler.add(Scheduler::Stage::Decide, control_rate, [this](std::int64_t) -> Result<void> {
+      const Navigation now = true_navigation(state_, environment_, wind_ned_mps_, scene_);
+      const Path& path = mission_.path_at(now);
+      guidance_ = follow(path, now, PathGains{});
+      off_path_ = path_error(path, now);
+      controls_ = autopilot_.step(guidance_, now, control_s);
+      return {};
+    });
+    scheduler.add(Scheduler::Stage::Move, dynamics_rate, [this](std::int64_t time_ns) -> Result<void> {
+      auto next = moved(time_ns, step_s);
+      if (!next) return fail(next);
+      state_ = *next;
+      state_time_ns_ = time_ns + step_ns;
+      return {};
+    });
+  }
+
+  Result<VehicleState> state_at(std::int64_t time_ns) const override {
+    // A frame between two steps gets a shorter step of its own: the pose at its time, not one interpolated.
+    FixedWingState now = state_;
+    if (time_ns > state_time_ns_) {
+      auto next = moved(state_time_ns_, static_cast<double>(time_ns - state_time_ns_) * 1e-9);
+      if (!next) return fail(next);
+      now = *next;
+    }
+    VehicleState state = vehicle_state(time_ns, {now.ecef_from_body.quaternion, now.position.xyz});
+    const AirData air = air_data(now, environment_, wind_ned_mps_);
+    const Loads load = loads(vehicle_, environment_, now, controls_, wind_ned_mps_);
+    FlightData flight;
+    flight.velocity_ned_mps = ecef_from_ned(state.place).rotation.conjugate() * now.velocity.xyz;
+    flight.rates_radps = now.body_rates_radps;
+    flight.specific_force_mps2 = load.force_body_n / vehicle_.mass_kg;
+    flight.wind_ned_mps = wind_ned_mps_;
+    flight.airspeed_mps = air.airspeed_mps;
+    flight.alpha_rad = air.alpha_rad;
+    flight.beta_rad = air.beta_rad;
+    flight.elevator_rad = now.surfaces.elevator_rad;
+    flight.aileron_rad = now.surfaces.aileron_rad;
+    flight.rudder_rad = now.surfaces.rudder_rad;
+    flight.throttle = controls_.throttle;
+    flight.commanded_height_m = guidance_.height_m;
+    flight.off_path_right_m = off_path_.right_m;
+    flight.off_path_above_m = off_path_.above_m;
+    state.flight = flight;
+    return state;
+  }
+
+ private:
+  Result<FixedWingState> moved(std::int64_t time_ns, double dt_s) const {
+    return advance(vehicle_, environment_, state_, controls_, wind_ned_mps_, static_cast<double>(time_ns) * 1e-9, dt_s);
+  }
+
+  const FixedWing vehicle_;
+  const Environment environment_;
+  const Eigen::Vector3d wind_ned_mps_;
+  const LocalFrame scene_;
+  FixedWingState state_;
+  std::int64_t state_time_ns_ = 0;
+  Controls controls_;
+  Guidance guidance_;
+  PathError off_path_;
+  Autopilot autopilot_;
+  Mission mission_;
+};
+
+class RecordedPoses final : public PoseSource {
+ public:
+  RecordedPoses(std::string file, std::vector<TimedPose> poses) : file_(std::move(file)), poses_(std::move(poses)) {}
+
+  void schedule(Scheduler&) override {}
+
+  Result<VehicleState> state_at(std::int64_t time_ns) const override {
+    if (time_ns < poses_.front().time_ns || time_ns > poses_.back().time_ns)
+      return fail(Error::Kind::Malformed, fmt::format("{}: has poses from {} to {} ns, and the run needs one at {} ns: change duration_s", file_, poses_.front().time_ns,
+                                                      poses_.back().time_ns, time_ns));
+    while (poses_[at_ + 1 < poses_.size() ? at_ + 1 : at_].time_ns <= time_ns && at_ + 1 < poses_.size()) ++at_;
+    const render::CameraPose& a = poses_[at_].ecef_from_camera;
+    render::CameraPose pose = a;
+    if (poses_[at_].time_ns != time_ns) {
+      const TimedPose& next = poses_[at_ + 1];
+      const double s = static_cast<double>(time_ns - poses_[at_].time_ns) / static_cast<double>(next.time_ns - poses_[at_].time_ns);
+      pose = {a.rotation.slerp(s, next.ecef_from_camera.rotation), a.origin + s * (next.ecef_from_camera.origin - a.origin)};
+    }
+    return vehicle_state(time_ns, pose * render::body_from_camera({}).inverse());
+  }
+
+ private:
+  const std::string file_;
+  const std::vector<TimedPose> poses_;
+  mutable std::size_t at_ = 0;  // times never fall
+};
+
+/// Height above the tangent plane at the scene origin of a typed height. `msl` and `ellipsoid` are taken at the origin.
+Result<double> height_in_scene_m(const TypedHeight& height, const render::Plane& ground) {
+  const Geodetic& origin = ground.frame().origin();
+  const auto ellipsoidal_m = ellipsoidal_height_m(height, origin.lat_rad, origin.lon_rad, ground.height_m());
+  if (!ellipsoidal_m) return ellipsoidal_m;
+  return *ellipsoidal_m - origin.height_m;
+}
+
+Result<Waypoint> in_scene(const WaypointSetup& setup, const render::Plane& ground) {
+  const auto height_m = height_in_scene_m(setup.height, ground);
+  if (!height_m) return fail(height_m);
+  return Waypoint{setup.north_m, setup.east_m, *height_m};
+}
+
+}  // namespace
+
+Result<std::unique_ptr<PoseSource>> make_flight(const RunFile& run, const VehicleSetup& setup, const render::Plane& ground) {
+  const FixedWing vehicle = aerosonde();
+  const auto start = in_scene(setup.start, ground);
+  if (!start) return fail(start);
+  const LocalFrame& scene = ground.frame();
+  const Geodetic place = geodetic_from_ecef(scene.ecef_from_enu() * Point<frame::Enu>{{start->east_m, start->north_m, start->height_m}});
+
+  double sea_level_m = 0;
+  if (!run.flat_earth) {
+    const auto geoid_m = geoid_height_m(place.lat_rad, place.lon_rad);
+    if (!geoid_m) return fail(geoid_m);
+    sea_level_m = *geoid_m;
+  }
+  const Environment environment = run.flat_earth ? Environment::flat(scene.origin()) : Environment::wgs84(sea_level_m);
+  const auto level = trim(vehicle, {.airspeed_mps = setup.airspeed_mps}, environment, place);
+  if (!level) return fail(level);
+  const Surroundings here = environment.at(ecef_from_geodetic(place));
+  const auto forward = feed_forward(vehicle, setup.airspeed_mps, here.density_kgpm3, here.gravity_ecef_mps2.norm());
+  if (!forward) return fail(forward);
+
+  std::vector<Waypoint> waypoints;
+  for (const WaypointSetup& point : setup.mission) {
+    const auto waypoint = in_scene(point, ground);
+    if (!waypoint) return fail(waypoint);
+    waypoints.push_back(*waypoint);
+  }
+  const double yaw_rad = to_radians(setup.yaw_deg);
+  if (waypoints.empty()) {  // straight on, farther than the run lasts
+    const double reach_m = (setup.airspeed_mps + 100) * (static_cast<double>(run.duration_ns) * 1e-9 + 10);
+    waypoints.push_back({start->north_m + reach_m * std::cos(yaw_rad), start->east_m + reach_m * std::sin(yaw_rad), start->height_m});
+  }
+  auto mission = Mission::create(*start, waypoints, setup.turn_radius_m, setup.repeat_mission ? AfterMission::Repeat : AfterMission::Circle);
+  if (!mission) return fail(mission);
+
+  const Eigen::Vector3d wind(run.wind_north_mps, run.wind_east_mps, run.wind_down_mps);
+  const FixedWingState state = trimmed_state(*level, environment, place, yaw_rad, wind);
+  return std::make_unique<Flight>(vehicle, environment, wind, scene, state, *level, *forward, std::move(*mission));
+}
+
+Result<std::unique_ptr<PoseSource>> make_recorded_poses(const RunFile& run, const VehicleSetup& setup, const render::Plane& ground) {
+  const std::filesystem::path path = run.resolve(setup.poses);
+  auto poses = read_pose_file(path, ground, {});
+  if (!poses) return fail(poses);
+  return std::make_unique<RecordedPoses>(path.string(), std::move(*poses));
+}
+
+}  // namespace nadir::sim

@@ -1,0 +1,128 @@
+#include "nadir/sim/run.h"
+
+#include <fmt/format.h>
+
+#include <chrono>
+
+#include "flight.h"
+#include "nadir/sim/scene_setup.h"
+
+namespace nadir::sim {
+namespace {
+
+Result<std::vector<std::pair<std::string, tile::Map>>> open_maps(const RunFile& file, const std::vector<std::pair<std::string, MapSetup>>& setups) {
+  std::vector<std::pair<std::string, tile::Map>> maps;
+  for (const auto& [name, setup] : setups) {
+    auto map = tile::Map::open(file.resolve(setup.map).string());
+    if (!map) return fail(map.error().kind, fmt::format("layer {}: {}", name, map.error().message));
+    maps.emplace_back(name, std::move(*map));
+  }
+  return maps;
+}
+
+Result<PreparedSensor> prepare_sensor(const RunFile& file, const render::Plane& ground, const std::vector<std::pair<std::string, tile::Map>>& layers,
+                                      const std::string& vehicle, const std::string& name, const SensorSetup& setup) {
+  auto camera = render::Camera::from_yaml(file.resolve(setup.camera));
+  if (!camera) return fail(camera);
+  camera->set_name(name);
+  std::size_t i = 0;
+  while (layers[i].first != setup.layer) ++i;  // the run file was checked
+  const tile::Map& map = layers[i].second;
+  auto options = layer_options(map, file.scene.layers[i].second, setup.output, setup.range);
+  if (!options) return fail(options.error().kind, fmt::format("sensor {}: {}", name, options.error().message));
+  render::Scene scene = render::Scene::plane(ground).with_layer(name, map, std::move(*options));
+  if (auto ok = scene.check(); !ok) return fail(ok.error().kind, fmt::format("sensor {}: {}", name, ok.error().message));
+  return PreparedSensor{vehicle, name, setup, std::move(*camera), render::body_from_camera(setup.mount()), std::move(scene)};
+}
+
+}  // namespace
+
+Result<Run> Run::prepare(const RunFile& file) {
+  auto layers = open_maps(file, file.scene.layers);
+  if (!layers) return fail(layers);
+  auto onboard = open_maps(file, file.scene.onboard);
+  if (!onboard) return fail(onboard);
+  if (layers->empty()) return fail(Error::Kind::Malformed, "the scene has no layer: name a map under scene.layers");
+  const auto ground = ground_plane(file.scene.origin, file.scene.ground, layers->front().second);
+  if (!ground) return fail(ground);
+
+  Run run(file, *ground);
+  for (const auto& [name, setup] : file.vehicles) {
+    auto source = setup.model == "poses" ? make_recorded_poses(file, setup, *ground) : make_flight(file, setup, *ground);
+    if (!source) return fail(source.error().kind, fmt::format("vehicle {}: {}", name, source.error().message));
+    run.vehicles_.push_back({name, std::move(*source)});
+    for (const auto& [sensor_name, sensor] : setup.sensors) {
+      auto prepared = prepare_sensor(file, *ground, *layers, name, sensor_name, sensor);
+      if (!prepared) return fail(prepared);
+      run.sensors_.push_back(std::move(*prepared));
+    }
+  }
+  run.layers_ = std::move(*layers);
+  run.onboard_ = std::move(*onboard);
+  return run;
+}
+
+render::RenderOptions Run::render_options(const PreparedSensor& sensor) const {
+  return {.quality = file_.quality, .geometry_tolerance_px = file_.geometry_tolerance_px, .off_map = sensor.setup.off_map, .fill_value = sensor.setup.fill_value};
+}
+
+render::CameraPose camera_pose(const VehicleState& state, const PreparedSensor& sensor) { return state.ecef_from_body * sensor.body_from_camera; }
+
+Result<RunSummary> Run::execute(render::Renderer& renderer, std::span<Sink* const> sinks, bool render_frames, double pace) {
+  Scheduler scheduler;
+  RunSummary summary;
+  for (const PreparedVehicle& vehicle : vehicles_) {
+    vehicle.source->schedule(scheduler);
+    scheduler.add(Scheduler::Stage::Observe, file_.telemetry_rate, [&, &vehicle = vehicle](std::int64_t time_ns) -> Result<void> {
+      const auto state = vehicle.source->state_at(time_ns);
+      if (!state) return fail(state);
+      for (Sink* sink : sinks)
+        if (auto ok = sink->on_state(vehicle.name, *state); !ok) return ok;
+      return {};
+    });
+  }
+  for (const PreparedSensor& sensor : sensors_) {
+    const PoseSource* source = nullptr;
+    for (const PreparedVehicle& vehicle : vehicles_)
+      if (vehicle.name == sensor.vehicle) source = vehicle.source.get();
+    scheduler.add(Scheduler::Stage::Observe, sensor.setup.rate, [&, source, first = true](std::int64_t time_ns) mutable -> Result<void> {
+      const auto state = source->state_at(time_ns);
+      if (!state) return fail(state);
+      std::optional<render::Frame> frame;
+      std::string rejected;
+      if (render_frames) {
+        render::RenderOptions options = render_options(sensor);
+        options.explain = first;
+        auto rendered = renderer.render(sensor.scene, sensor.camera, camera_pose(*state, sensor), options);
+        if (!rendered && rendered.error().kind != Error::Kind::OutsideMap)
+          return fail(rendered.error().kind, fmt::format("sensor {} at {} ns: {}", sensor.name, time_ns, rendered.error().message));
+        if (rendered) {
+          if (first) {
+            for (const auto& line : rendered->explanation().done) summary.plan_done.push_back(line);
+            for (const auto& line : rendered->explanation().left_out) summary.plan_left_out.push_back(line);
+          }
+          first = false;
+          ++summary.frames;
+          frame = std::move(*rendered);
+        } else {
+          ++summary.rejected;
+          rejected = rendered.error().message;
+        }
+      }
+      const render::ExactChain chain(sensor.camera, camera_pose(*state, sensor), sensor.scene.surface());
+      const render::Truth truth = frame ? frame->truth() : render::geometric_truth(chain, sensor.scene.layers().front().source->map());
+      const FrameEvent event{sensor.vehicle, sensor.name, *state, frame ? &*frame : nullptr, truth, rejected};
+      for (Sink* sink : sinks)
+        if (auto ok = sink->on_frame(event); !ok) return ok;
+      return {};
+    });
+  }
+  const auto start = std::chrono::steady_clock::now();
+  if (auto ok = scheduler.run(file_.duration_ns, pace); !ok) return fail(ok);
+  for (Sink* sink : sinks)
+    if (auto ok = sink->finish(); !ok) return fail(ok);
+  summary.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return summary;
+}
+
+}  // namespace nadir::sim

@@ -1,0 +1,294 @@
+#include "nadir/sim/run_file.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cmath>
+
+#include "nadir/base/files.h"
+#include "nadir/base/text.h"
+#include "nadir/base/yaml.h"
+
+namespace nadir::sim {
+namespace {
+
+using geodesy::HeightDatum, geodesy::TypedHeight;
+
+/// Takes a key's value into `out` where it is there.
+template <class T>
+void take(std::optional<T> value, T& out) {
+  if (value) out = std::move(*value);
+}
+
+/// A text that `parse` understands, noted as a fault where it does not.
+template <class T, class Parse>
+std::optional<T> parsed(const YamlMap& map, std::string_view key, Parse&& parse) {
+  const auto text = map.text(key);
+  return text ? map.value_of<T>(key, parse(*text)) : std::nullopt;
+}
+
+void take_height(const YamlMap& map, std::string_view key, TypedHeight& out) { take(parsed<TypedHeight>(map, key, geodesy::parse_height), out); }
+
+void take_positive(const YamlMap& map, std::string_view key, double& out) {
+  const auto value = map.number(key);
+  if (value && !(*value > 0)) map.fault(key, fmt::format("expected a positive number, found {}", *value));
+  take(value, out);
+}
+
+/// Names become folders and file names.
+void check_name(const YamlMap& parent, const std::string& name) {
+  const bool plain = std::all_of(name.begin(), name.end(), [](unsigned char c) { return std::isalnum(c) || c == '_' || c == '-'; });
+  if (!plain) parent.fault(name, "expected a name of letters, digits, '_' and '-': it becomes a folder");
+}
+
+MapSetup read_map(const YamlMap& yaml) {
+  MapSetup map;
+  yaml.require("map");
+  take(yaml.text("map"), map.map);
+  map.role = parsed<tile::Role>(yaml, "role", tile::parse_role);
+  take(yaml.texts("bands"), map.bands);
+  map.radar_scale = parsed<tile::RadarScale>(yaml, "radar_scale", tile::parse_radar_scale);
+  return map;
+}
+
+std::vector<std::pair<std::string, MapSetup>> read_maps(const YamlMap& yaml, std::string_view key) {
+  std::vector<std::pair<std::string, MapSetup>> maps;
+  if (const auto list = yaml.map(key))
+    for (const auto& [name, entry] : list->entries()) {
+      check_name(*list, name);
+      maps.emplace_back(name, read_map(entry));
+    }
+  return maps;
+}
+
+SceneSetup read_scene(const YamlMap& yaml) {
+  SceneSetup scene;
+  if (const auto origin = yaml.map("origin")) {
+    scene.origin.emplace();
+    for (const char* key : {"lat_deg", "lon_deg"}) origin->require(key);
+    take(origin->number("lat_deg"), scene.origin->lat_deg);
+    take(origin->number("lon_deg"), scene.origin->lon_deg);
+    take_height(*origin, "height", scene.origin->height);
+    if (std::abs(scene.origin->lat_deg) > 90) origin->fault("lat_deg", "expected a latitude of at most 90 degrees");
+    if (std::abs(scene.origin->lon_deg) > 360) origin->fault("lon_deg", "expected a longitude of at most 360 degrees");
+  }
+  take_height(yaml, "ground", scene.ground);
+  if (scene.ground.datum == HeightDatum::Agl) yaml.fault("ground", "expected a height above the ellipsoid or msl: it is the ground");
+  const auto surface = yaml.text("surface");
+  if (surface && *surface != "plane") yaml.fault("surface", fmt::format("expected plane, found '{}'", *surface));
+  yaml.require("layers");
+  scene.layers = read_maps(yaml, "layers");
+  scene.onboard = read_maps(yaml, "onboard");
+  return scene;
+}
+
+void read_mount(const YamlMap& yaml, SensorSetup& sensor) {
+  static constexpr std::array<const char*, 3> position = {"x_m", "y_m", "z_m"}, angles = {"yaw_deg", "pitch_deg", "roll_deg"};
+  for (std::size_t i = 0; i < 3; ++i) {
+    take(yaml.number(position[i]), sensor.mount_position_m[i]);
+    take(yaml.number(angles[i]), sensor.mount_yaw_pitch_roll_deg[i]);
+  }
+}
+
+void take_rate(const YamlMap& yaml, std::string_view key, Rate& rate, std::string& text) {
+  if (const auto value = parsed<Rate>(yaml, key, Rate::parse_hz)) {
+    rate = *value;
+    text = *yaml.text(key);
+  }
+}
+
+SensorSetup read_sensor(const YamlMap& yaml, const SceneSetup& scene) {
+  SensorSetup sensor;
+  for (const char* key : {"layer", "camera", "rate_hz"}) yaml.require(key);
+  take(yaml.text("layer"), sensor.layer);
+  std::vector<std::string_view> layers;
+  for (const auto& [name, map] : scene.layers) layers.push_back(name);
+  if (!sensor.layer.empty() && std::find(layers.begin(), layers.end(), sensor.layer) == layers.end())
+    yaml.fault("layer", fmt::format("no layer '{}' in the scene{}", sensor.layer, suggestion(sensor.layer, layers)));
+  take(yaml.text("camera"), sensor.camera);
+  take_rate(yaml, "rate_hz", sensor.rate, sensor.rate_text);
+  if (const auto mount = yaml.map("mount")) read_mount(*mount, sensor);
+  sensor.output = parsed<tile::SampleType>(yaml, "output", tile::parse_sample_type);
+  if (const auto range = yaml.numbers("range")) {
+    if (range->size() != 2 || !((*range)[0] < (*range)[1]))
+      yaml.fault("range", "expected two rising numbers such as [0, 3000]");
+    else
+      sensor.range = {(*range)[0], (*range)[1]};
+  }
+  take(parsed<render::OffMap>(yaml, "off_map", render::parse_off_map), sensor.off_map);
+  take(yaml.number("fill_value"), sensor.fill_value);
+  return sensor;
+}
+
+WaypointSetup read_waypoint(const YamlMap& yaml, const TypedHeight& height) {
+  WaypointSetup point;
+  take(yaml.number("north_m"), point.north_m);
+  take(yaml.number("east_m"), point.east_m);
+  point.height = height;
+  take_height(yaml, "height", point.height);
+  return point;
+}
+
+VehicleSetup read_vehicle(const YamlMap& yaml, const SceneSetup& scene) {
+  VehicleSetup vehicle;
+  take(yaml.text("model"), vehicle.model);
+  static constexpr std::array<std::string_view, 2> models = {"aerosonde", "poses"};
+  if (std::find(models.begin(), models.end(), vehicle.model) == models.end())
+    yaml.fault("model", fmt::format("no model '{}'{}", vehicle.model, suggestion(vehicle.model, models)));
+  if (vehicle.model == "poses") {
+    yaml.require("poses");
+    take(yaml.text("poses"), vehicle.poses);
+  } else {
+    yaml.require("start");
+    if (const auto start = yaml.map("start")) {
+      start->require("height");
+      vehicle.start = read_waypoint(*start, {});
+      take(start->number("yaw_deg"), vehicle.yaw_deg);
+      take_positive(*start, "airspeed_mps", vehicle.airspeed_mps);
+    }
+    TypedHeight height = vehicle.start.height;
+    for (const YamlMap& point : yaml.maps("mission")) {
+      point.require("north_m");
+      point.require("east_m");
+      vehicle.mission.push_back(read_waypoint(point, height));
+      height = vehicle.mission.back().height;  // a waypoint without height keeps the last one's
+    }
+    take_positive(yaml, "turn_radius_m", vehicle.turn_radius_m);
+    take(yaml.flag("repeat_mission"), vehicle.repeat_mission);
+  }
+  if (const auto sensors = yaml.map("sensors"))
+    for (const auto& [name, entry] : sensors->entries()) {
+      check_name(*sensors, name);
+      vehicle.sensors.emplace_back(name, read_sensor(entry, scene));
+    }
+  return vehicle;
+}
+
+void read_record(const YamlMap& yaml, RunFile& run) {
+  take(yaml.flag("frames"), run.record_frames);
+  if (const auto telemetry = yaml.text("telemetry")) {
+    run.record_telemetry = *telemetry == "csv";
+    if (*telemetry != "csv" && *telemetry != "none") yaml.fault("telemetry", fmt::format("expected csv or none, found '{}'", *telemetry));
+  }
+  take_rate(yaml, "telemetry_rate_hz", run.telemetry_rate, run.telemetry_rate_text);
+  take(yaml.flag("report"), run.record_report);
+  take(yaml.flag("truth_rows"), run.record_truth_rows);
+}
+
+void read_run(const YamlMap& yaml, RunFile& run) {
+  for (const char* key : {"scene", "vehicles", "duration_s"}) yaml.require(key);
+  if (const auto seed = yaml.integer("seed")) {
+    if (*seed < 0) yaml.fault("seed", "expected a whole number from 0");
+    run.seed = static_cast<std::uint64_t>(*seed);
+  }
+  take(yaml.text("epoch_utc"), run.epoch_utc);
+  if (const auto duration = parsed<std::int64_t>(yaml, "duration_s", parse_seconds_as_ns)) {
+    if (*duration <= 0) yaml.fault("duration_s", "expected a positive time");
+    run.duration_ns = *duration;
+    run.duration_text = *yaml.text("duration_s");
+  }
+  if (const auto scene = yaml.map("scene")) run.scene = read_scene(*scene);
+  if (const auto environment = yaml.map("environment")) {
+    if (const auto earth = environment->text("earth")) {
+      run.flat_earth = *earth == "flat";
+      if (*earth != "flat" && *earth != "wgs84") environment->fault("earth", fmt::format("expected wgs84 or flat, found '{}'", *earth));
+    }
+    if (const auto wind = environment->map("wind")) {
+      take(wind->number("north_mps"), run.wind_north_mps);
+      take(wind->number("east_mps"), run.wind_east_mps);
+      take(wind->number("down_mps"), run.wind_down_mps);
+    }
+  }
+  if (const auto rendering = yaml.map("render")) {
+    take(parsed<render::Quality>(*rendering, "quality", render::parse_quality), run.quality);
+    take_positive(*rendering, "geometry_tolerance_px", run.geometry_tolerance_px);
+    if (run.geometry_tolerance_px > 1) rendering->fault("geometry_tolerance_px", "expected at most 1");
+  }
+  if (const auto vehicles = yaml.map("vehicles"))
+    for (const auto& [name, entry] : vehicles->entries()) {
+      check_name(*vehicles, name);
+      run.vehicles.emplace_back(name, read_vehicle(entry, run.scene));
+    }
+  if (const auto record = yaml.map("record")) read_record(*record, run);
+}
+
+std::string height_text(const TypedHeight& height) { return fmt::format("{} {}", height.value_m, geodesy::to_string(height.datum)); }
+
+std::string map_text(const RunFile& run, const MapSetup& map) {
+  std::string text = "{map: " + yaml_quoted(std::filesystem::absolute(run.resolve(map.map)).lexically_normal().string());
+  if (map.role) text += fmt::format(", role: {}", tile::to_string(*map.role));
+  if (!map.bands.empty()) {
+    std::vector<std::string> bands;
+    for (const std::string& band : map.bands) bands.push_back(yaml_quoted(band));
+    text += fmt::format(", bands: [{}]", fmt::join(bands, ", "));
+  }
+  if (map.radar_scale) text += fmt::format(", radar_scale: {}", tile::to_string(*map.radar_scale));
+  return text + "}";
+}
+
+std::string sensor_text(const RunFile& run, const SensorSetup& sensor) {
+  const auto &p = sensor.mount_position_m, &a = sensor.mount_yaw_pitch_roll_deg;
+  std::string text = fmt::format("{{layer: {}, camera: {}, rate_hz: {},\n        mount: {{x_m: {}, y_m: {}, z_m: {}, yaw_deg: {}, pitch_deg: {}, roll_deg: {}}},\n        off_map: {}",
+                                 yaml_quoted(sensor.layer), yaml_quoted(std::filesystem::absolute(run.resolve(sensor.camera)).lexically_normal().string()), sensor.rate_text, p[0], p[1], p[2], a[0], a[1], a[2],
+                                 render::to_string(sensor.off_map));
+  if (sensor.off_map == render::OffMap::Fill) text += fmt::format(", fill_value: {}", sensor.fill_value);
+  if (sensor.output) text += fmt::format(", output: {}", tile::to_string(*sensor.output));
+  if (sensor.range) text += fmt::format(", range: [{}, {}]", sensor.range->first, sensor.range->second);
+  return text + "}";
+}
+
+std::string vehicle_text(const RunFile& run, const VehicleSetup& vehicle) {
+  std::string text = fmt::format("    model: {}\n", vehicle.model);
+  if (vehicle.model == "poses") {
+    text += fmt::format("    poses: {}\n", yaml_quoted(std::filesystem::absolute(run.resolve(vehicle.poses)).lexically_normal().string()));
+  } else {
+    text += fmt::format("    start: {{north_m: {}, east_m: {}, height: {}, yaw_deg: {}, airspeed_mps: {}}}\n", vehicle.start.north_m, vehicle.start.east_m,
+                        height_text(vehicle.start.height), vehicle.yaw_deg, vehicle.airspeed_mps);
+    text += fmt::format("    turn_radius_m: {}\n    repeat_mission: {}\n", vehicle.turn_radius_m, vehicle.repeat_mission);
+    if (!vehicle.mission.empty()) text += "    mission:\n";
+    for (const WaypointSetup& w : vehicle.mission) text += fmt::format("      - {{north_m: {}, east_m: {}, height: {}}}\n", w.north_m, w.east_m, height_text(w.height));
+  }
+  if (!vehicle.sensors.empty()) text += "    sensors:\n";
+  for (const auto& [name, sensor] : vehicle.sensors) text += fmt::format("      {}: {}\n", yaml_quoted(name), sensor_text(run, sensor));
+  return text;
+}
+
+}  // namespace
+
+render::Mount SensorSetup::mount() const {
+  const auto &p = mount_position_m, &a = mount_yaw_pitch_roll_deg;
+  return {{p[0], p[1], p[2]}, geodesy::YawPitchRoll::degrees(a[0], a[1], a[2])};
+}
+
+Result<RunFile> read_run_file(const std::filesystem::path& path) {
+  const auto text = read_text_file(path);
+  if (!text) return fail(text);
+  const auto yaml = YamlMap::parse(path.string(), *text);
+  if (!yaml) return fail(yaml);
+  RunFile run;
+  run.folder = std::filesystem::absolute(path).parent_path();
+  read_run(*yaml, run);
+  if (auto ok = yaml->finish(); !ok) return fail(ok);
+  return run;
+}
+
+std::string to_yaml(const RunFile& run) {
+  std::string text = fmt::format("seed: {}\nepoch_utc: {}\nduration_s: {}\n", run.seed, yaml_quoted(run.epoch_utc), run.duration_text);
+  text += "scene:\n";
+  if (run.scene.origin) text += fmt::format("  origin: {{lat_deg: {}, lon_deg: {}, height: {}}}\n", run.scene.origin->lat_deg, run.scene.origin->lon_deg, height_text(run.scene.origin->height));
+  text += fmt::format("  surface: plane\n  ground: {}\n  layers:\n", height_text(run.scene.ground));
+  for (const auto& [name, map] : run.scene.layers) text += fmt::format("    {}: {}\n", yaml_quoted(name), map_text(run, map));
+  if (!run.scene.onboard.empty()) text += "  onboard:\n";
+  for (const auto& [name, map] : run.scene.onboard) text += fmt::format("    {}: {}\n", yaml_quoted(name), map_text(run, map));
+  text += fmt::format("environment:\n  earth: {}\n  wind: {{north_mps: {}, east_mps: {}, down_mps: {}}}\n", run.flat_earth ? "flat" : "wgs84", run.wind_north_mps,
+                      run.wind_east_mps, run.wind_down_mps);
+  text += fmt::format("render: {{quality: {}, geometry_tolerance_px: {}}}\nvehicles:\n", render::to_string(run.quality), run.geometry_tolerance_px);
+  for (const auto& [name, vehicle] : run.vehicles) text += fmt::format("  {}:\n{}", yaml_quoted(name), vehicle_text(run, vehicle));
+  text += fmt::format("record: {{frames: {}, telemetry: {}, telemetry_rate_hz: {}, report: {}, truth_rows: {}}}\n", run.record_frames, run.record_telemetry ? "csv" : "none",
+                      run.telemetry_rate_text, run.record_report, run.record_truth_rows);
+  return text;
+}
+
+}  // namespace nadir::sim

@@ -1,0 +1,75 @@
+#pragma once
+
+#include <cstdio>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <string>
+
+#include "nadir/record/dataset.h"
+#include "nadir/sim/run.h"
+
+namespace nadir::record {
+
+/// A text file that grows line by line.
+class LineFile {
+ public:
+  static Result<LineFile> create(const std::filesystem::path& path, const std::string& header);
+  Result<void> add(const std::string& line);
+  Result<void> close();
+
+ private:
+  struct CloseFile {
+    void operator()(std::FILE* file) const noexcept { std::fclose(file); }
+  };
+  std::filesystem::path path_;
+  std::unique_ptr<std::FILE, CloseFile> file_;
+};
+
+/// Writes frames, masks and their truth into a dataset.
+class FrameSink final : public sim::Sink {
+ public:
+  FrameSink(const sim::Run& run, Dataset& dataset) : run_(run), dataset_(dataset) {}
+  Result<void> on_frame(const sim::FrameEvent& event) override;
+  Result<void> finish() override { return dataset_.finish(); }
+
+ private:
+  const sim::Run& run_;
+  Dataset& dataset_;
+};
+
+/// Writes telemetry/<vehicle>/state.csv: time, pose in WGS-84 and in the scene, and what a flown vehicle knows of itself.
+/// Angles in degrees, all else SI, every digit kept.
+class TelemetrySink final : public sim::Sink {
+ public:
+  TelemetrySink(const sim::Run& run, std::filesystem::path folder) : run_(run), folder_(std::move(folder)) {}
+  Result<void> on_state(const std::string& vehicle, const sim::VehicleState& state) override;
+  Result<void> finish() override;
+
+ private:
+  const sim::Run& run_;
+  std::filesystem::path folder_;
+  std::map<std::string, LineFile> files_;
+};
+
+/// Writes truth_rows/<vehicle>/<sensor>.txt: the 34 numbers a frame that the 2022 plugin's data set had: frame number; pose, 4x4
+/// row-major, whose upper left takes the world (x east, y north, z up at the scene origin) to the camera turned by half a turn
+/// about its axis, and whose last column is the camera's position in the world; homography from image to map pixels, 3x3
+/// row-major; map pixels of the footprint's corners, x then y, in the order top left, top right, bottom left, bottom right.
+/// Pixel centres at integers. A frame without a homography has no row.
+class TruthRowSink final : public sim::Sink {
+ public:
+  explicit TruthRowSink(std::filesystem::path folder) : folder_(std::move(folder)) {}
+  Result<void> on_frame(const sim::FrameEvent& event) override;
+  Result<void> finish() override;
+
+ private:
+  struct Rows {
+    LineFile file;
+    std::int64_t frames = 0;
+  };
+  std::filesystem::path folder_;
+  std::map<std::string, Rows> rows_;
+};
+
+}  // namespace nadir::record
