@@ -37,8 +37,7 @@ std::size_t count(const std::string& text, const std::string& word) {
 
 /// A line as drawn: runs of points, x and y in 0 .. 1000 with y downwards.
 using Stroke = std::vector<ChartPoint>;
-std::vector<Stroke> runs_of(std::string path_data) {
-  path_data = std::regex_replace(path_data, std::regex("h0"), "");
+std::vector<Stroke> runs_of(const std::string& path_data) {
   std::vector<Stroke> runs;
   std::istringstream moves(path_data);
   std::string run;
@@ -348,7 +347,10 @@ TEST_F(ReportTest, NanBreaksTheLineOfADecimatedSeriesToo) {
 
 TEST_F(ReportTest, PointWithoutNeighboursIsADot) {
   const std::string html = page(Chart{"c", "y", {{"a", {{5, 7}}}}});
-  EXPECT_NE(html.find("d=\"M500 500h0\""), std::string::npos) << "in the middle: there is nothing to be to the left of";
+  EXPECT_EQ(between(html, "<path class=\"dots c0\" d=\"", "\""), "M500 500h0") << "in the middle: there is nothing to be to the left of";
+  const std::string one_of_three = page(Chart{"c", "y", {{"a", {{0, 0}, {1, nan}, {2, 1}, {3, 1}}}}});
+  EXPECT_EQ(count(between(one_of_three, "<path class=\"dots c0\" d=\"", "\""), "M"), 1u);
+  EXPECT_EQ(count(page(Chart{"c", "y", {{"a", {{0, 0}, {1, 1}}}}}), "<path class=\"dots"), 0u);
 }
 
 TEST_F(ReportTest, ConstantSeriesLiesInTheMiddleWhateverItsRounding) {
@@ -406,11 +408,30 @@ TEST_F(ReportTest, TicksAreRoundNumbersInTheRange) {
   EXPECT_EQ(labels(2990, 3060), (Labels{"3000", "3020", "3040", "3060"}));
   EXPECT_EQ(labels(0, 4e9), (Labels{"0", "1", "2", "3", "4"})) << "in units of 10⁹";
   EXPECT_NE(page(Chart{"c", "height / m", {{"a", {{0, 0}, {1, 4e9}}}}}).find("height / m (× 10⁹)"), std::string::npos);
+  EXPECT_EQ(labels(1780000000, 1780000060).front(), "1780000000");
+  EXPECT_EQ(labels(0, 4e-9).front(), "0") << "and no minus before a zero";
   // The axis spans 1.12 times the range, cut into 2/3 to 7/4 times 5 parts
   for (double high = 1.0; high < 100; high *= 1.03) {
     EXPECT_GE(labels(0, high).size(), 3u) << high;
     EXPECT_LE(labels(0, high).size(), 9u) << high;
   }
+}
+
+TEST_F(ReportTest, NumbersBelowAPlotFindRoomOnAPhone) {
+  const std::regex label("text-anchor=\"middle\">([^<]*)<");
+  for (const double first : {0.0, 1000.0, 1.78e9, -5205000.0}) {
+    for (double span = 0.01; span < 1e6; span *= 1.7) {
+      const std::string html = page(Chart{"c", "y", {{"a", {{first, 0}, {first + span, 1}}}}});
+      std::size_t characters = 0, ticks = 0;
+      for (std::sregex_iterator it(html.begin(), html.end(), label), none; it != none; ++it, ++ticks) characters += (*it)[1].length() + 1;
+      EXPECT_GE(ticks, 1u) << first << " + " << span;
+      EXPECT_LE(characters, 55u) << first << " + " << span;  // a minus counts as three here
+    }
+  }
+}
+
+TEST_F(ReportTest, CountsOfAHistogramAreWhole) {
+  EXPECT_EQ(y_labels(page(Histogram{"h", "x", {5}})), (std::vector<std::string>{"0", "1"}));
 }
 
 TEST_F(ReportTest, ReferenceLineIsInTheRangeOfTheAxis) {

@@ -81,10 +81,25 @@ Axis axis_over(Range range, double margin, double wanted_ticks) {
   span = axis.high - axis.low;
   const Step step(span, wanted_ticks);
   const double reach = std::max(std::abs(axis.low), std::abs(axis.high));
-  if (reach >= 1e8 || reach < 1e-3) axis.power = 3 * static_cast<int>(std::floor(std::log10(reach) / 3));
+  // 4 × 10⁹ where zeros would fill the label, and 1780000010 where all its digits count
+  if (step.exponent >= 5 || reach >= 1e12 || reach < 1e-3) axis.power = 3 * static_cast<int>(std::floor(std::log10(reach) / 3));
   axis.decimals = std::max(0, axis.power - step.exponent - (step.factor == 10));
   const double first = std::ceil(axis.low / step.times(1) - 1e-6), last = std::floor(axis.high / step.times(1) + 1e-6);
   for (double i = first; i <= last; ++i) axis.ticks.push_back({step.times(i), axis.number(step.times(i), 0)});
+  return axis;
+}
+
+std::size_t longest_label(const Axis& axis) {
+  std::size_t longest = 0;  // a minus takes three bytes and one place
+  for (const Tick& tick : axis.ticks) longest = std::max(longest, tick.label.size() - (tick.label.starts_with("−") ? 2 : 0));
+  return longest;
+}
+
+/// An axis below a plot: as many ticks as find room on a phone, which is about 40 characters wide.
+Axis axis_below(Range range) {
+  Axis axis = axis_over(range, 0, 5);
+  for (const double fewer : {3.0, 1.5})
+    if (axis.ticks.size() * (longest_label(axis) + 1) > 40) axis = axis_over(range, 0, fewer);
   return axis;
 }
 
@@ -114,15 +129,11 @@ struct Frame {
 };
 
 std::string figure(const Frame& frame) {
-  // Room for the longest number; a minus takes three bytes and one place
-  std::size_t longest = 0;
-  for (const Tick& tick : frame.y.ticks) longest = std::max(longest, tick.label.size() - (tick.label.starts_with("−") ? 2 : 0));
-
   std::string out;
   const auto to = std::back_inserter(out);
   fmt::format_to(to, "<figure class=\"item chart\"><figcaption><h3>{}</h3>", escaped(frame.title));
   fmt::format_to(to, "<ul class=\"legend\">{}</ul><p class=\"label\">{}</p></figcaption>\n", frame.legend, with_power(frame.y_label, frame.y));
-  fmt::format_to(to, "<svg class=\"plot\" style=\"--left:{}ch\" role=\"img\" aria-label=\"{}\"", std::min<std::size_t>(longest, 20) + 1, escaped(frame.title));
+  fmt::format_to(to, "<svg class=\"plot\" style=\"--left:{}ch\" role=\"img\" aria-label=\"{}\"", std::min<std::size_t>(longest_label(frame.y), 20) + 1, escaped(frame.title));
   fmt::format_to(to, " data-x=\"{} {} {} {}\" data-y=\"{} {} {} {}\">\n", frame.x.low, frame.x.high, frame.x.power, frame.x.decimals, frame.y.low,
                  frame.y.high, frame.y.power, frame.y.decimals);
   for (const Tick& tick : frame.x.ticks) {
@@ -166,20 +177,24 @@ std::vector<std::size_t> decimated(const std::vector<ChartPoint>& points) {
   return kept;
 }
 
-/// Path data of a series, with a move at each break.
-std::string path_data(const Series& series, const Axis& x, const Axis& y) {
+struct PathData {
+  std::string line;  // with a move at each break
+  std::string dots;  // the points without neighbours once more
+};
+
+PathData path_data(const Series& series, const Axis& x, const Axis& y) {
   // Points before i that break the line
   std::vector<std::size_t> breaks(series.points.size() + 1, 0);
   for (std::size_t i = 0; i < series.points.size(); ++i) breaks[i + 1] = breaks[i] + !drawable(series.points[i]);
 
   const std::vector<std::size_t> kept = decimated(series.points);
   const auto joined = [&](std::size_t k) { return k > 0 && k < kept.size() && breaks[kept[k]] == breaks[kept[k - 1]]; };
-  std::string out;
+  PathData out;
   for (std::size_t k = 0; k < kept.size(); ++k) {
     const ChartPoint& point = series.points[kept[k]];
-    out += joined(k) ? ' ' : 'M';
-    out += short_number(units * x.fraction(point.x)) + ' ' + short_number(units * (1 - y.fraction(point.y)));
-    if (!joined(k) && !joined(k + 1)) out += "h0";  // a dot, by its round ends
+    const std::string place = short_number(units * x.fraction(point.x)) + ' ' + short_number(units * (1 - y.fraction(point.y)));
+    out.line += (joined(k) ? ' ' : 'M') + place;
+    if (!joined(k) && !joined(k + 1)) out.dots += 'M' + place + "h0";  // seen by its round ends
   }
   return out;
 }
@@ -211,7 +226,7 @@ std::string chart_figure(const Chart& chart) {
     if (drawable(line.y) && !empty) y_range.include(line.y);
 
   Frame frame{.title = chart.title, .y_label = chart.y_label, .x_label = chart.x_label, .legend = {}, .data = {},
-              .x = axis_over(x_range, 0, 5), .y = axis_over(y_range, 0.06, 5), .empty = empty};
+              .x = axis_below(x_range), .y = axis_over(y_range, 0.06, 5), .empty = empty};
   if (infinite > 0) frame.note = fmt::format("{} {} infinite or beyond 1e290 and not drawn.", infinite, infinite == 1 ? "value is" : "values are");
 
   std::string references;
@@ -228,7 +243,9 @@ std::string chart_figure(const Chart& chart) {
     const bool nothing = std::none_of(series.points.begin(), series.points.end(), [](const ChartPoint& p) { return drawable(p); });
     const std::string style = style_of(i, series.dashed);
     frame.legend += fmt::format("<li class=\"{}\"><i></i>{}{}<output></output></li>", style, escaped(series.name), nothing ? " (no data)" : "");
-    frame.data += fmt::format("<path class=\"line {}\" d=\"{}\"/>\n", style, path_data(series, frame.x, frame.y));
+    const PathData path = path_data(series, frame.x, frame.y);
+    frame.data += fmt::format("<path class=\"line {}\" d=\"{}\"/>\n", style, path.line);
+    if (!path.dots.empty()) frame.data += fmt::format("<path class=\"dots {}\" d=\"{}\"/>\n", style, path.dots);
   }
   frame.data += "</svg>\n" + references;
   return figure(frame);
@@ -239,7 +256,7 @@ std::string histogram_figure(const Histogram& histogram) {
   std::copy_if(histogram.values.begin(), histogram.values.end(), std::back_inserter(sorted), [](double v) { return drawable(v); });
   std::sort(sorted.begin(), sorted.end());
   Frame frame{.title = histogram.title, .y_label = histogram.counted, .x_label = histogram.x_label, .legend = {}, .data = {},
-              .x = axis_over({}, 0, 5), .y = axis_over({}, 0, 4), .empty = sorted.empty()};
+              .x = axis_below({}), .y = axis_over({}, 0, 4), .empty = sorted.empty()};
   const std::size_t left_out = histogram.values.size() - sorted.size();
   if (left_out > 0) frame.note = fmt::format("{} of {} values are not finite and not counted.", left_out, histogram.values.size());
   if (sorted.empty()) return figure(frame);
@@ -262,12 +279,18 @@ std::string histogram_figure(const Histogram& histogram) {
   const double begin = step.times(first_bar), end = step.times(first_bar + static_cast<double>(bars.size()));
 
   Range x_range, y_range;
-  x_range.include(begin);
-  x_range.include(tail > 0 ? end + 3 * width : end);
+  const double beside = bars.size() == 1 ? 5 * width : 0;  // a single bar is not as wide as the plot
+  x_range.include(begin - beside);
+  x_range.include(tail > 0 ? end + 3 * width : end + beside);
   y_range.include(0);
   y_range.include(static_cast<double>(std::max(tail, *std::max_element(bars.begin(), bars.end()))) * 1.06);
-  frame.x = axis_over(x_range, 0, 5);
+  frame.x = axis_below(x_range);
   frame.y = axis_over(y_range, 0, 4);
+  if (frame.y.decimals > 0) {  // a count is whole
+    std::erase_if(frame.y.ticks, [](const Tick& tick) { return tick.value != std::round(tick.value); });
+    frame.y.decimals = 0;
+    for (Tick& tick : frame.y.ticks) tick.label = frame.y.number(tick.value, 0);
+  }
   if (tail > 0) std::erase_if(frame.x.ticks, [&](const Tick& tick) { return tick.value > end; });
 
   frame.data = open_lines;

@@ -63,6 +63,7 @@ section { margin-top: 40px; scroll-margin-top: 12px; }
 .plot .axis { stroke: var(--soft); }
 .lines { overflow: visible; }
 .line { fill: none; stroke: var(--c); stroke-width: 1.8; stroke-linejoin: round; stroke-linecap: round; vector-effect: non-scaling-stroke; }
+.dots { stroke: var(--c); stroke-width: 5; stroke-linecap: round; vector-effect: non-scaling-stroke; }
 .line.dashed { stroke-dasharray: 7 5; stroke-width: 1.6; }
 .line.dotted { stroke-dasharray: 1 5; stroke-width: 2.6; }
 .line.mark { stroke-linecap: butt; stroke-width: 2; }
@@ -81,6 +82,8 @@ text.reference { fill: var(--text); paint-order: stroke; stroke: var(--card); st
 .picture input:focus-visible + label { outline: 3px solid var(--accent); outline-offset: 3px; }
 .picture input:checked + label { position: fixed; z-index: 9; inset: 0; overflow: auto; padding: 12px; background: #0b0e11f5; cursor: zoom-out; }
 .picture input:checked + label img { max-width: none; max-height: none; }
+
+body:has(.picture input:checked) { overflow: hidden; }
 
 .table { overflow-x: auto; }
 table { width: 100%; border-collapse: collapse; font-size: 14px; }
@@ -141,7 +144,7 @@ const std::string_view report_script = R"js(
     const names = figure.querySelectorAll('.legend output');
     chart.lines = paths.map((path, i) => ({
       name: names[i], dot: make(plot, 'circle', { class: 'dot ' + path.classList[1], r: 4 }),
-      points: path.getAttribute('d').replace(/h0/g, '').split(/[M ]/).slice(1).map(Number) }));
+      points: path.getAttribute('d').split(/[M ]/).slice(1).map(Number) }));
     charts.push(chart);
   }
   const show = (chart, value) => {
