@@ -217,7 +217,7 @@ void read_run(const YamlMap& yaml, RunFile& run) {
 std::string height_text(const TypedHeight& height) { return fmt::format("{} {}", height.value_m, geodesy::to_string(height.datum)); }
 
 std::string map_text(const RunFile& run, const MapSetup& map) {
-  std::string text = "{map: " + yaml_quoted(std::filesystem::absolute(run.resolve(map.map)).lexically_normal().string());
+  std::string text = "{map: " + yaml_quoted(run.resolve(map.map).string());
   if (map.role) text += fmt::format(", role: {}", tile::to_string(*map.role));
   if (!map.bands.empty()) {
     std::vector<std::string> bands;
@@ -231,7 +231,7 @@ std::string map_text(const RunFile& run, const MapSetup& map) {
 std::string sensor_text(const RunFile& run, const SensorSetup& sensor) {
   const auto &p = sensor.mount_position_m, &a = sensor.mount_yaw_pitch_roll_deg;
   std::string text = fmt::format("{{layer: {}, camera: {}, rate_hz: {},\n        mount: {{x_m: {}, y_m: {}, z_m: {}, yaw_deg: {}, pitch_deg: {}, roll_deg: {}}},\n        off_map: {}",
-                                 yaml_quoted(sensor.layer), yaml_quoted(std::filesystem::absolute(run.resolve(sensor.camera)).lexically_normal().string()), sensor.rate_text, p[0], p[1], p[2], a[0], a[1], a[2],
+                                 yaml_quoted(sensor.layer), yaml_quoted(run.resolve(sensor.camera).string()), sensor.rate_text, p[0], p[1], p[2], a[0], a[1], a[2],
                                  render::to_string(sensor.off_map));
   if (sensor.off_map == render::OffMap::Fill) text += fmt::format(", fill_value: {}", sensor.fill_value);
   if (sensor.output) text += fmt::format(", output: {}", tile::to_string(*sensor.output));
@@ -242,7 +242,7 @@ std::string sensor_text(const RunFile& run, const SensorSetup& sensor) {
 std::string vehicle_text(const RunFile& run, const VehicleSetup& vehicle) {
   std::string text = fmt::format("    model: {}\n", vehicle.model);
   if (vehicle.model == "poses") {
-    text += fmt::format("    poses: {}\n", yaml_quoted(std::filesystem::absolute(run.resolve(vehicle.poses)).lexically_normal().string()));
+    text += fmt::format("    poses: {}\n", yaml_quoted(run.resolve(vehicle.poses).string()));
   } else {
     text += fmt::format("    start: {{north_m: {}, east_m: {}, height: {}, yaw_deg: {}, airspeed_mps: {}}}\n", vehicle.start.north_m, vehicle.start.east_m,
                         height_text(vehicle.start.height), vehicle.yaw_deg, vehicle.airspeed_mps);

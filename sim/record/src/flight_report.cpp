@@ -67,7 +67,9 @@ Result<void> FlightReport::on_state(const std::string& vehicle, const sim::Vehic
     const double ground_m = run_.ground().up_m();
     const double up_m = (run_.ground().frame().enu_from_ecef() * geodesy::Point<geodesy::frame::Ecef>{state.ecef_from_body.origin}).xyz.z();
     log.height.points.push_back({t, up_m - ground_m});
-    log.yaw.points.push_back({t, to_degrees(state.attitude.yaw_rad)});
+    const double yaw_deg = to_degrees(state.attitude.yaw_rad);
+    if (!log.yaw.points.empty() && std::abs(yaw_deg - log.yaw.points.back().y) > 180) log.yaw.points.push_back({t});  // past north: a gap, not a fall
+    log.yaw.points.push_back({t, yaw_deg});
     log.pitch.points.push_back({t, to_degrees(state.attitude.pitch_rad)});
     log.roll.points.push_back({t, to_degrees(state.attitude.roll_rad)});
     if (!state.flight) continue;

@@ -13,7 +13,7 @@ namespace {
 using namespace geodesy;
 
 constexpr std::size_t most_shown = 24, most_path_points = 2000;
-constexpr int thumbnail_width = 320, picture_side = 1400;
+constexpr int thumbnail_width = 320, picture_side = 1000;
 
 /// The scene with one of its layers.
 render::Scene only(const render::Scene& scene, const render::Layer& layer) {

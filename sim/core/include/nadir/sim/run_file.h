@@ -91,7 +91,7 @@ struct RunFile {
   std::string telemetry_rate_text = "50";
 
   std::filesystem::path folder;  // of the run file: where relative paths count from
-  std::filesystem::path resolve(const std::string& path) const { return std::filesystem::path(path).is_absolute() ? std::filesystem::path(path) : folder / path; }
+  std::filesystem::path resolve(const std::string& path) const { return (folder / path).lexically_normal(); }
 };
 
 /// All faults of the file in one message, each with its line.
