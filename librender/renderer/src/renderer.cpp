@@ -41,6 +41,8 @@ Result<CameraPose> checked(const CameraPose& pose) {
   const double length = pose.rotation.norm();
   if (!pose.origin.allFinite() || !(std::abs(length - 1) < 1e-3))
     return fail(Error::Kind::Malformed, fmt::format("pose: expected a finite position and a unit quaternion, found a length of {}", length));
+  // What is a unit quaternion but for rounding stays as it is: truth gives back the bits that came in.
+  if (std::abs(length - 1) < 1e-14) return pose;
   return CameraPose{pose.rotation.normalized(), pose.origin};
 }
 

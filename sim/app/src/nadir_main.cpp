@@ -17,8 +17,10 @@ namespace fs = std::filesystem;
 
 const std::map<std::string, std::string> summaries = {
     {"build", "make a map: a cloud-optimized pyramid from rasters or tiles"},
+    {"doctor", "look at a run before it runs: maps, datum, resolution, memory, time"},
     {"fly", "the whole simulator: vehicles fly, cameras render, a dataset and a report are left"},
     {"info", "say what a map is: size, levels, CRS, bands, what to mind"},
+    {"verify", "check a dataset: recompute its truth, render random frames again"},
     {"render", "camera frames and ground truth for given poses"},
 };
 
