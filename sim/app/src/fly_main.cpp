@@ -2,7 +2,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "command.h"
 #include "nadir/base/files.h"
@@ -74,20 +76,26 @@ Result<void> run(const FlyArguments& arguments) {
   if (!run) return fail(run);
   const bool frames = !arguments.dry_run && file->record_frames;
 
-  auto dataset = record::Dataset::create(arguments.folder, arguments.force);
-  if (!dataset) return fail(dataset);
+  if (auto ok = refuse_to_overwrite(arguments.folder, arguments.force); !ok) return ok;
+  std::optional<record::Dataset> dataset;
+  std::optional<record::FrameSink> frame_sink;
+  if (frames) {
+    auto created = record::Dataset::create(arguments.folder, arguments.force);
+    if (!created) return fail(created);
+    dataset.emplace(std::move(*created));
+    frame_sink.emplace(*run, *dataset);
+    for (const sim::PreparedSensor& sensor : run->sensors())
+      if (auto ok = dataset->add_camera(sensor.vehicle, sensor.camera); !ok) return ok;
+  }
   if (auto ok = write_file(std::filesystem::path(arguments.folder) / "run.yaml", sim::to_yaml(*file)); !ok) return ok;
-  for (const sim::PreparedSensor& sensor : run->sensors())
-    if (auto ok = dataset->add_camera(sensor.vehicle, sensor.camera); !ok) return ok;
 
   render::Renderer renderer({.cache_bytes = *cache_bytes, .threads = arguments.threads});
   record::FlightReport report(*run);
-  record::FrameSink frame_sink(*run, *dataset);
   record::TelemetrySink telemetry(*run, arguments.folder);
   record::TruthRowSink truth_rows(arguments.folder);
   ProgressSink progress(file->duration_ns, !arguments.json);
   std::vector<sim::Sink*> sinks = {&report, &progress};
-  if (frames) sinks.push_back(&frame_sink);
+  if (frame_sink) sinks.push_back(&*frame_sink);
   if (frames && file->record_truth_rows) sinks.push_back(&truth_rows);
   if (!arguments.dry_run && file->record_telemetry) sinks.push_back(&telemetry);
 
