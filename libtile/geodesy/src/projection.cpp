@@ -54,7 +54,7 @@ std::string wkt_of(const OGRSpatialReference& srs) {
 }  // namespace
 
 struct Projection::Shared {
-  std::string name, wkt;
+  std::string name, wkt, datum;
   bool geographic = false, closed_form = false;
   double degrees_per_unit = 1;  // of a geographic CRS
   std::atomic<std::int64_t> points{0};
@@ -88,6 +88,8 @@ Result<Projection> Projection::from_definition(const std::string& definition) {
   auto shared = std::make_shared<Shared>();
   shared->name = short_name(crs);
   shared->wkt = wkt_of(crs);
+  const char* datum = crs.GetAttrValue("DATUM");
+  shared->datum = datum ? datum : "unnamed datum";
   if (crs.IsLocal() || crs.IsGeocentric())
     return fail(Error::Kind::Unsupported, fmt::format("CRS '{}': expected a geographic or projected CRS", shared->name));
 
@@ -117,6 +119,7 @@ Result<Projection> Projection::from_definition(const std::string& definition) {
 
 const std::string& Projection::name() const { return shared_->name; }
 const std::string& Projection::wkt() const { return shared_->wkt; }
+const std::string& Projection::datum() const { return shared_->datum; }
 bool Projection::is_geographic() const { return shared_->geographic; }
 bool Projection::uses_library() const { return !shared_->closed_form; }
 void Projection::wrap_around(double x) { wrap_x_ = shared_->geographic ? std::optional(x) : std::nullopt; }

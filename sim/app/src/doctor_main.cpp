@@ -60,6 +60,7 @@ class Doctor {
     const tile::MapDescription& d = map.description();
     note(Finding::Kind::Good, fmt::format("{} {}: {}, {}, {} x {} texels of {:.4g} x {:.4g} m on the ground", serves, name, d.path, map.projection().name(), map.width(), map.height(),
                                           map.texel_size_m().x(), map.texel_size_m().y()));
+    note(Finding::Kind::Good, fmt::format("{}: datum {}{}", name, map.projection().datum(), map.projection().uses_library() ? ", related to WGS-84 by PROJ" : ""));
     if (!map.projection().uses_library())
       note(Finding::Kind::Good, fmt::format("{}: its coordinates are WGS-84 longitude and latitude: no projection is calculated", name));
     if (d.licence.empty()) note(Finding::Kind::Note, fmt::format("{}: the file states no licence: check that you may use what you make of it", name));

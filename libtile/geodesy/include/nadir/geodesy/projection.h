@@ -26,6 +26,7 @@ class Projection {
   /// "EPSG:32614" where the CRS is in that registry, else its name.
   const std::string& name() const;
   const std::string& wkt() const;
+  const std::string& datum() const;  // "World Geodetic System 1984 ensemble"
   bool is_geographic() const;
   bool uses_library() const;
 
