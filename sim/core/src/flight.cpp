@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <cassert>
 #include <cmath>
 
 #include "nadir/sim/autopilot.h"
@@ -15,14 +16,14 @@ namespace {
 using namespace geodesy;
 
 const Rate dynamics_rate{400, 1'000'000'000}, control_rate{100, 1'000'000'000};
-constexpr double step_s = 0.0025, control_s = 0.01;
+constexpr double control_s = 0.01;
 constexpr std::int64_t step_ns = 2'500'000;
 
 class Flight final : public PoseSource {
  public:
   Flight(const FixedWing& vehicle, const Environment& environment, const Eigen::Vector3d& wind_ned_mps, const LocalFrame& scene, const FixedWingState& state,
          const Trim& level, const FeedForward& feed_forward, Mission mission)
-      : vehicle_(vehicle), environment_(environment), wind_ned_mps_(wind_ned_mps), scene_(scene), state_(state), controls_(level.controls), autopilot_(feed_forward),
+      : vehicle_(vehicle), environment_(environment), wind_ned_mps_(wind_ned_mps), scene_(scene), before_(state), state_(state), controls_(level.controls), autopilot_(feed_forward),
         mission_(std::move(mission)) {}
 
   void schedule(Scheduler& scheduler) override {
@@ -35,8 +36,10 @@ class Flight final : public PoseSource {
       return {};
     });
     scheduler.add(Scheduler::Stage::Move, dynamics_rate, [this](std::int64_t time_ns) -> Result<void> {
-      auto next = moved(time_ns, step_s);
+      auto next = moved(state_, time_ns, step_ns);
       if (!next) return fail(next);
+      before_ = state_;
+      before_time_ns_ = time_ns;
       state_ = *next;
       state_time_ns_ = time_ns + step_ns;
       return {};
@@ -44,12 +47,13 @@ class Flight final : public PoseSource {
   }
 
   Result<VehicleState> state_at(std::int64_t time_ns) const override {
-    // A frame between two steps gets a shorter step of its own: the pose at its time, not one interpolated.
+    // The motion runs ahead: state_ is where the step under way ends. A frame within it gets a shorter step of its own from
+    // where it began: the pose at its time, not one interpolated.
     FixedWingState now = state_;
-    if (time_ns > state_time_ns_) {
-      auto next = moved(state_time_ns_, static_cast<double>(time_ns - state_time_ns_) * 1e-9);
-      if (!next) return fail(next);
-      now = *next;
+    if (time_ns < state_time_ns_) {
+      auto within = moved(before_, before_time_ns_, time_ns - before_time_ns_);
+      if (!within) return fail(within);
+      now = *within;
     }
     VehicleState state = vehicle_state(time_ns, {now.ecef_from_body.quaternion, now.position.xyz});
     const AirData air = air_data(now, environment_, wind_ned_mps_);
@@ -74,16 +78,17 @@ class Flight final : public PoseSource {
   }
 
  private:
-  Result<FixedWingState> moved(std::int64_t time_ns, double dt_s) const {
-    return advance(vehicle_, environment_, state_, controls_, wind_ned_mps_, static_cast<double>(time_ns) * 1e-9, dt_s);
+  /// `from`, the state at `from_ns`, some time later.
+  Result<FixedWingState> moved(const FixedWingState& from, std::int64_t from_ns, std::int64_t duration_ns) const {
+    return advance(vehicle_, environment_, from, controls_, wind_ned_mps_, static_cast<double>(from_ns) * 1e-9, static_cast<double>(duration_ns) * 1e-9);
   }
 
   const FixedWing vehicle_;
   const Environment environment_;
   const Eigen::Vector3d wind_ned_mps_;
   const LocalFrame scene_;
-  FixedWingState state_;
-  std::int64_t state_time_ns_ = 0;
+  FixedWingState before_, state_;  // at the beginning and at the end of the step under way
+  std::int64_t before_time_ns_ = 0, state_time_ns_ = 0;
   Controls controls_;
   Guidance guidance_;
   PathError off_path_;
@@ -91,16 +96,15 @@ class Flight final : public PoseSource {
   Mission mission_;
 };
 
+/// Its poses cover the whole run.
 class RecordedPoses final : public PoseSource {
  public:
-  RecordedPoses(std::string file, std::vector<TimedPose> poses) : file_(std::move(file)), poses_(std::move(poses)) {}
+  explicit RecordedPoses(std::vector<TimedPose> poses) : poses_(std::move(poses)) {}
 
   void schedule(Scheduler&) override {}
 
   Result<VehicleState> state_at(std::int64_t time_ns) const override {
-    if (time_ns < poses_.front().time_ns || time_ns > poses_.back().time_ns)
-      return fail(Error::Kind::Malformed, fmt::format("{}: has poses from {} to {} ns, and the run needs one at {} ns: change duration_s", file_, poses_.front().time_ns,
-                                                      poses_.back().time_ns, time_ns));
+    assert(time_ns >= poses_.front().time_ns && time_ns <= poses_.back().time_ns);
     while (poses_[at_ + 1 < poses_.size() ? at_ + 1 : at_].time_ns <= time_ns && at_ + 1 < poses_.size()) ++at_;
     const render::CameraPose& a = poses_[at_].ecef_from_camera;
     render::CameraPose pose = a;
@@ -113,7 +117,6 @@ class RecordedPoses final : public PoseSource {
   }
 
  private:
-  const std::string file_;
   const std::vector<TimedPose> poses_;
   mutable std::size_t at_ = 0;  // times never fall
 };
@@ -177,7 +180,11 @@ Result<std::unique_ptr<PoseSource>> make_recorded_poses(const RunFile& run, cons
   const std::filesystem::path path = run.resolve(setup.poses);
   auto poses = read_pose_file(path, ground, {});
   if (!poses) return fail(poses);
-  return std::make_unique<RecordedPoses>(path.string(), std::move(*poses));
+  const std::int64_t first_ns = poses->front().time_ns, last_ns = poses->back().time_ns;
+  if (first_ns > 0 || last_ns < run.duration_ns)
+    return fail(Error::Kind::Malformed, fmt::format("{}: has poses from {} s to {} s, and the run needs them from 0 s to {} s: change duration_s or the file", path.string(),
+                                                    static_cast<double>(first_ns) * 1e-9, static_cast<double>(last_ns) * 1e-9, run.duration_text));
+  return std::make_unique<RecordedPoses>(std::move(*poses));
 }
 
 }  // namespace nadir::sim

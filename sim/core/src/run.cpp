@@ -118,9 +118,10 @@ Result<RunSummary> Run::execute(render::Renderer& renderer, std::span<Sink* cons
     });
   }
   const auto start = std::chrono::steady_clock::now();
-  if (auto ok = scheduler.run(file_.duration_ns, pace); !ok) return fail(ok);
-  for (Sink* sink : sinks)
-    if (auto ok = sink->finish(); !ok) return fail(ok);
+  auto done = scheduler.run(file_.duration_ns, pace);
+  for (Sink* sink : sinks)  // after a failure too: what was told until then is whole
+    if (auto ok = sink->finish(); !ok && done) done = ok;
+  if (!done) return fail(done);
   summary.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return summary;
 }

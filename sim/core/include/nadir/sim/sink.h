@@ -31,6 +31,7 @@ class Sink {
     (void)event;
     return {};
   }
+  /// At the run's end, whether it was good or not.
   virtual Result<void> finish() { return {}; }
 };
 
