@@ -44,6 +44,7 @@ std::string nearest_name(std::string_view word, std::span<const std::string_view
 std::string suggestion(std::string_view word, std::span<const std::string_view> candidates) {
   const std::string near = nearest_name(word, candidates);
   if (!near.empty()) return fmt::format("; did you mean '{}'?", near);
+  if (candidates.empty()) return "";
   return fmt::format("; known are {}", fmt::join(candidates, ", "));
 }
 

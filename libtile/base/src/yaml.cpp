@@ -47,7 +47,10 @@ struct YamlMap::File {
 Result<YamlMap> YamlMap::parse(const std::string& file_name, const std::string& text) {
   auto file = std::make_shared<File>(File{file_name, {}, {}});
   try {  // yaml-cpp reports by exception
-    YAML::Node root = YAML::Load(text);
+    const std::vector<YAML::Node> documents = YAML::LoadAll(text);
+    if (documents.size() > 1)
+      return fail(Error::Kind::Malformed, fmt::format("{}:{}: expected one document, found another: remove the line '---' above it", file_name, documents[1].Mark().line + 1));
+    const YAML::Node root = documents.empty() ? YAML::Node() : documents[0];
     if (!root.IsMap()) return fail(Error::Kind::Malformed, fmt::format("{}:1: expected 'key: value' lines", file_name));
     return file->add(file, root, "");
   } catch (const YAML::Exception& e) {

@@ -102,11 +102,12 @@ void take_rate(const YamlMap& yaml, std::string_view key, Rate& rate, std::strin
 SensorSetup read_sensor(const YamlMap& yaml, const SceneSetup& scene) {
   SensorSetup sensor;
   for (const char* key : {"layer", "camera", "rate_hz"}) yaml.require(key);
-  take(yaml.text("layer"), sensor.layer);
   std::vector<std::string_view> layers;
   for (const auto& [name, map] : scene.layers) layers.push_back(name);
-  if (!sensor.layer.empty() && std::find(layers.begin(), layers.end(), sensor.layer) == layers.end())
-    yaml.fault("layer", fmt::format("no layer '{}' in the scene{}", sensor.layer, suggestion(sensor.layer, layers)));
+  if (const auto layer = yaml.text("layer")) {
+    if (std::find(layers.begin(), layers.end(), *layer) == layers.end()) yaml.fault("layer", fmt::format("no layer '{}' in the scene{}", *layer, suggestion(*layer, layers)));
+    sensor.layer = *layer;
+  }
   take(yaml.text("camera"), sensor.camera);
   take_rate(yaml, "rate_hz", sensor.rate, sensor.rate_text);
   if (const auto mount = yaml.map("mount")) read_mount(*mount, sensor);

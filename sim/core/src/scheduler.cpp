@@ -25,8 +25,6 @@ std::int64_t Rate::time_ns(std::int64_t k) const {
   return static_cast<std::int64_t>(static_cast<__int128>(k) * nanoseconds / samples);
 }
 
-std::string Rate::text() const { return fmt::format("{}", hz()); }
-
 void Scheduler::add(Stage stage, const Rate& rate, Task task) { parts_.push_back({stage, rate, std::move(task)}); }
 
 Result<void> Scheduler::run(std::int64_t end_ns, double pace) const {

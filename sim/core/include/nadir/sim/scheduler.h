@@ -2,7 +2,6 @@
 
 #include <cstdint>
 #include <functional>
-#include <string>
 #include <string_view>
 #include <vector>
 
@@ -19,7 +18,6 @@ struct Rate {
   /// Time of the k-th sample, the first (k = 0) at 0, rounded down to a nanosecond.
   std::int64_t time_ns(std::int64_t k) const;
   double hz() const { return static_cast<double>(samples) * 1e9 / static_cast<double>(nanoseconds); }
-  std::string text() const;  // of parse_hz
 };
 
 /// Runs parts of a simulation, each at its own rate, in lock step on one clock of whole nanoseconds.

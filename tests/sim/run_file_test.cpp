@@ -1,0 +1,249 @@
+#include "nadir/sim/run_file.h"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <tuple>
+
+#include "support/temporary_folder.h"
+
+namespace nadir::sim {
+namespace {
+
+using geodesy::HeightDatum;
+
+constexpr const char* full_run = R"(seed: 7
+epoch_utc: 2026-06-21T10:00:00Z
+scene:
+  origin: {lat_deg: 38.10, lon_deg: -0.76, height: 0.1 ellipsoid}
+  surface: plane
+  ground: 15 msl
+  layers:
+    eo:  {map: spain_s2.tif, role: optical, bands: [4, 3, B2]}
+    sar: {map: /maps/spain_s1.tif, role: radar, bands: [VV], radar_scale: decibel}
+  onboard: {eo_ref: {map: "spain 2018.tif", role: optical}}
+environment: {earth: flat, wind: {north_mps: -2, east_mps: 0.1, down_mps: 1e-3}}
+render: {quality: best, geometry_tolerance_px: 0.2}
+vehicles:
+  plane1:
+    model: aerosonde
+    start: {north_m: 0, east_m: -5.5, height: 3000 agl, yaw_deg: 90, airspeed_mps: 27.5}
+    mission: [{north_m: 1500, east_m: 0, height: 2900 msl}, {north_m: 1500, east_m: 1500}]
+    turn_radius_m: 300
+    repeat_mission: true
+    sensors:
+      rgb: {layer: eo, camera: rgb.yaml, rate_hz: 29.97, mount: {pitch_deg: 0.1, x_m: 0.3}, output: uint8, range: [0, 2500], off_map: fill, fill_value: 0.7}
+      sar: {layer: sar, camera: ../sar.yaml, rate_hz: 2, output: float32, off_map: reject}
+  copter:
+    model: poses
+    poses: flown.csv
+record: {frames: false, telemetry: none, telemetry_rate_hz: 0.5, report: false, truth_rows: true}
+duration_s: 60.000000001
+)";
+
+constexpr const char* small_run = R"(duration_s: 1
+scene:
+  layers:
+    eo: {map: m.tif}
+vehicles:
+  p:
+    start: {height: 100 agl}
+    sensors:
+      cam: {layer: eo, camera: c.yaml, rate_hz: 1}
+)";
+
+std::string replaced(std::string text, const std::string& what, const std::string& with) {
+  const auto at = text.find(what);
+  EXPECT_NE(at, std::string::npos) << what;
+  return text.replace(at, what.size(), with);
+}
+
+class RunFileText : public testing::Test {
+ protected:
+  Result<RunFile> read(const std::string& text) { return read_run_file(folder.write("run.yaml", text)); }
+  /// What is said of a file, with its folder left out.
+  std::string message(const std::string& text) {
+    const auto run = read(text);
+    if (run) return "accepted";
+    std::string said = run.error().message;
+    const std::string path = folder.path().string() + "/";
+    for (auto at = said.find(path); at != std::string::npos; at = said.find(path)) said.erase(at, path.size());
+    return said;
+  }
+  test::TemporaryFolder folder;
+};
+
+TEST_F(RunFileText, EveryKeyArrivesWhereItBelongs) {
+  const RunFile run = read(full_run).value();
+  EXPECT_EQ(run.seed, 7u);
+  EXPECT_EQ(run.epoch_utc, "2026-06-21T10:00:00Z");
+  EXPECT_EQ(run.duration_ns, 60'000'000'001) << "a time is never a double";
+  EXPECT_EQ(run.scene.origin->lat_deg, 38.10);
+  EXPECT_EQ(run.scene.origin->height.value_m, 0.1);
+  EXPECT_EQ(run.scene.ground.datum, HeightDatum::Msl);
+  ASSERT_EQ(run.scene.layers.size(), 2u);
+  const auto& [eo_name, eo] = run.scene.layers[0];
+  EXPECT_EQ(eo_name, "eo");
+  EXPECT_EQ(eo.bands, (std::vector<std::string>{"4", "3", "B2"}));
+  EXPECT_EQ(run.resolve(eo.map), folder.path() / "spain_s2.tif") << "paths count from the run file's folder";
+  EXPECT_EQ(run.resolve(run.scene.layers[1].second.map), "/maps/spain_s1.tif");
+  EXPECT_EQ(run.scene.layers[1].second.role, tile::Role::Radar);
+  EXPECT_EQ(run.scene.layers[1].second.radar_scale, tile::RadarScale::Decibel);
+  ASSERT_EQ(run.scene.onboard.size(), 1u) << "the onboard reference is no sensor source";
+  EXPECT_EQ(run.scene.onboard[0].second.map, "spain 2018.tif");
+  EXPECT_TRUE(run.flat_earth);
+  EXPECT_EQ(run.wind_down_mps, 1e-3);
+  EXPECT_EQ(run.quality, render::Quality::best);
+  EXPECT_EQ(run.geometry_tolerance_px, 0.2);
+
+  ASSERT_EQ(run.vehicles.size(), 2u);
+  const VehicleSetup& plane = run.vehicles[0].second;
+  EXPECT_EQ(plane.start.east_m, -5.5);
+  EXPECT_EQ(plane.airspeed_mps, 27.5);
+  ASSERT_EQ(plane.mission.size(), 2u);
+  EXPECT_EQ(plane.mission[1].height.value_m, 2900) << "a waypoint without height keeps the last one's";
+  EXPECT_EQ(plane.mission[1].height.datum, HeightDatum::Msl);
+  EXPECT_TRUE(plane.repeat_mission);
+  ASSERT_EQ(plane.sensors.size(), 2u);
+  const SensorSetup& rgb = plane.sensors[0].second;
+  EXPECT_EQ(rgb.rate.time_ns(2997), 100'000'000'000);
+  EXPECT_EQ(rgb.mount_yaw_pitch_roll_deg, (std::array<double, 3>{0, 0.1, 0}));
+  EXPECT_EQ(rgb.mount_position_m, (std::array<double, 3>{0.3, 0, 0}));
+  EXPECT_EQ(rgb.output, tile::SampleType::UInt8);
+  EXPECT_EQ(rgb.range, std::pair(0.0, 2500.0));
+  EXPECT_EQ(rgb.off_map, render::OffMap::Fill);
+  EXPECT_EQ(rgb.fill_value, 0.7);
+  EXPECT_EQ(plane.sensors[1].second.off_map, render::OffMap::Reject);
+  EXPECT_EQ(run.vehicles[1].second.poses, "flown.csv");
+  EXPECT_FALSE(run.record_frames || run.record_telemetry || run.record_report);
+  EXPECT_TRUE(run.record_truth_rows);
+  EXPECT_EQ(run.telemetry_rate.time_ns(1), 2'000'000'000);
+}
+
+TEST_F(RunFileText, WhatIsNotSaidHasTheDocumentedDefault) {
+  const RunFile run = read(small_run).value();
+  EXPECT_EQ(run.seed, 0u);
+  EXPECT_FALSE(run.scene.origin);
+  EXPECT_EQ(run.scene.ground.value_m, 0);
+  EXPECT_EQ(run.scene.ground.datum, HeightDatum::Ellipsoid);
+  EXPECT_FALSE(run.flat_earth);
+  EXPECT_EQ(run.quality, render::Quality::balanced);
+  EXPECT_TRUE(run.record_frames && run.record_telemetry && run.record_report);
+  EXPECT_FALSE(run.record_truth_rows);
+  EXPECT_EQ(run.telemetry_rate.time_ns(50), 1'000'000'000);
+  const VehicleSetup& vehicle = run.vehicles[0].second;
+  EXPECT_EQ(vehicle.model, "aerosonde");
+  EXPECT_EQ(vehicle.airspeed_mps, 25);
+  EXPECT_TRUE(vehicle.mission.empty());
+  const SensorSetup& sensor = vehicle.sensors[0].second;
+  EXPECT_EQ(sensor.off_map, render::OffMap::Mask);
+  EXPECT_FALSE(sensor.output || sensor.range);
+}
+
+TEST_F(RunFileText, WrittenBackAndReadAgainNothingChanges) {
+  const std::string awkward = replaced(replaced(small_run, "m.tif", "'a \"b\": {c}, #d é\\.tif'"), "height: 100 agl", "height: 1234567.0000001 msl, yaw_deg: -1e-17, north_m: 1e21");
+  for (const std::string& text : {std::string(full_run), std::string(small_run), awkward}) {
+    const RunFile first = read(text).value();
+    const std::string written = to_yaml(first);
+    const test::TemporaryFolder elsewhere;  // from anywhere
+    const auto second = read_run_file(elsewhere.write("replay.yaml", written));
+    ASSERT_TRUE(second) << second.error().message << "\n" << written;
+    EXPECT_EQ(to_yaml(*second), written);
+    EXPECT_EQ(second->duration_ns, first.duration_ns);
+    EXPECT_EQ(second->seed, first.seed);
+    EXPECT_EQ(second->resolve(second->scene.layers[0].second.map), first.resolve(first.scene.layers[0].second.map));
+    ASSERT_EQ(second->vehicles.size(), first.vehicles.size());
+    for (std::size_t i = 0; i < first.vehicles.size(); ++i) {
+      const VehicleSetup &a = first.vehicles[i].second, &b = second->vehicles[i].second;
+      EXPECT_EQ(b.start.height.value_m, a.start.height.value_m) << "to the last digit";
+      EXPECT_EQ(b.start.north_m, a.start.north_m);
+      EXPECT_EQ(b.yaw_deg, a.yaw_deg);
+      EXPECT_EQ(b.mission.size(), a.mission.size());
+      ASSERT_EQ(b.sensors.size(), a.sensors.size());
+      for (std::size_t s = 0; s < a.sensors.size(); ++s) {
+        EXPECT_EQ(b.sensors[s].second.mount_yaw_pitch_roll_deg, a.sensors[s].second.mount_yaw_pitch_roll_deg);
+        EXPECT_EQ(b.sensors[s].second.rate.time_ns(1'000'000), a.sensors[s].second.rate.time_ns(1'000'000));
+        EXPECT_EQ(b.sensors[s].second.range, a.sensors[s].second.range);
+        EXPECT_EQ(b.sensors[s].second.fill_value, a.sensors[s].second.fill_value);
+      }
+    }
+    EXPECT_EQ(second->wind_down_mps, first.wind_down_mps);
+  }
+}
+
+TEST_F(RunFileText, AnUnknownKeyIsToldWithItsLineAndTheNearestOne) {
+  const auto said = [&](const std::string& what, const std::string& with) { return message(replaced(full_run, what, with)); };
+  EXPECT_EQ(said("seed:", "sede:"), "run.yaml:1: unknown key 'sede'; did you mean 'seed'?");
+  EXPECT_EQ(said("ground:", "gruond:"), "run.yaml:6: unknown key 'scene.gruond'; did you mean 'ground'?");
+  EXPECT_EQ(said("role: radar", "rol: radar"), "run.yaml:9: unknown key 'scene.layers.sar.rol'; did you mean 'role'?");
+  EXPECT_EQ(said("pitch_deg: 0.1", "pitch: 0.1"), "run.yaml:21: unknown key 'vehicles.plane1.sensors.rgb.mount.pitch'; known are x_m, yaw_deg, y_m, pitch_deg, z_m, roll_deg");
+  EXPECT_EQ(said("{north_m: 1500, east_m: 1500}", "{north_m: 1500, east_m: 1500, heihgt: 3}"), "run.yaml:17: unknown key 'vehicles.plane1.mission[1].heihgt'; did you mean 'height'?");
+  EXPECT_EQ(said("truth_rows:", "truth_row:"), "run.yaml:26: unknown key 'record.truth_row'; did you mean 'truth_rows'?");
+}
+
+TEST_F(RunFileText, AllFaultsAreInOneMessage) {
+  std::string text = full_run;
+  for (const auto& [what, with] : {std::pair("seed: 7", "seed: -7"), {"lat_deg: 38.10", "lat_deg: 95"}, {"role: radar", "role: rader"}, {"quality: best", "quality: bset"},
+                                   {"model: aerosonde", "model: aerosond"}, {"layer: eo,", "layer: e0,"}, {"range: [0, 2500]", "range: [2500, 0]"}, {"duration_s: 60.000000001", "duration_s: 0"}})
+    text = replaced(text, what, with);
+  const std::string said = message(text);
+  std::size_t at = 0;
+  for (const char* part : {"run.yaml:1: 'seed': expected a whole number from 0", "run.yaml:4: 'scene.origin.lat_deg': expected a latitude", "run.yaml:9: 'scene.layers.sar.role':",
+                           "run.yaml:12: 'render.quality':", "run.yaml:15: 'vehicles.plane1.model': no model 'aerosond'; did you mean 'aerosonde'?",
+                           "run.yaml:21: 'vehicles.plane1.sensors.rgb.layer': no layer 'e0' in the scene; did you mean 'eo'?",
+                           "run.yaml:21: 'vehicles.plane1.sensors.rgb.range': expected two rising numbers", "run.yaml:27: 'duration_s': expected a positive time"}) {
+    const std::size_t found = said.find(part);
+    EXPECT_NE(found, std::string::npos) << part << "\nin\n" << said;
+    EXPECT_GE(found, at) << part << " comes too early";
+    at = found;
+  }
+  EXPECT_EQ(std::count(said.begin(), said.end(), '\n'), 7) << "one line each:\n" << said;
+}
+
+TEST_F(RunFileText, NamesThatWouldLeaveTheDatasetFolderAreRefused) {
+  for (const char* bad : {"../x", "a/b", "..", ".", "a b", "é"})
+    for (const auto& [key, indent, place] : {std::tuple("  p:", "  ", "vehicles"), {"cam:", "", "vehicles.p.sensors"}, {"    eo:", "    ", "scene.layers"}}) {
+      const std::string said = message(replaced(small_run, key, fmt::format("{}'{}':", indent, bad)));
+      EXPECT_NE(said.find(fmt::format("'{}.{}': expected a name of letters, digits", place, bad)), std::string::npos) << said;
+    }
+  EXPECT_EQ(message(replaced(small_run, "cam:", "cam-2_B:")), "accepted");
+}
+
+TEST_F(RunFileText, WhatAVehicleOrASensorNeedsIsAskedFor) {
+  EXPECT_EQ(message("seed: 1\n"), "run.yaml:1: expected the key 'scene'\nrun.yaml:1: expected the key 'vehicles'\nrun.yaml:1: expected the key 'duration_s'");
+  EXPECT_NE(message(replaced(small_run, "{layer: eo, camera: c.yaml, rate_hz: 1}", "{}")).find("expected the key 'vehicles.p.sensors.cam.layer'"), std::string::npos);
+  EXPECT_NE(message(replaced(small_run, "start: {height: 100 agl}", "model: poses")).find("expected the key 'vehicles.p.poses'"), std::string::npos);
+  EXPECT_NE(message(replaced(small_run, "start: {height: 100 agl}", "start: {yaw_deg: 1}")).find("expected the key 'vehicles.p.start.height'"), std::string::npos);
+  EXPECT_NE(message(replaced(small_run, "{map: m.tif}", "{role: radar}")).find("expected the key 'scene.layers.eo.map'"), std::string::npos);
+  EXPECT_NE(message(replaced(small_run, "layer: eo", "layer: ''")).find("sensors.cam.layer': no layer ''"), std::string::npos);
+}
+
+TEST_F(RunFileText, ValuesThatCannotBeAreRefused) {
+  const auto said = [&](const std::string& what, const std::string& with) { return message(replaced(full_run, what, with)); };
+  EXPECT_NE(said("rate_hz: 29.97", "rate_hz: 0").find("'0': expected a rate"), std::string::npos);
+  EXPECT_NE(said("airspeed_mps: 27.5", "airspeed_mps: -1").find("expected a positive number"), std::string::npos);
+  EXPECT_NE(said("turn_radius_m: 300", "turn_radius_m: .nan").find("expected a number"), std::string::npos);
+  EXPECT_NE(said("geometry_tolerance_px: 0.2", "geometry_tolerance_px: 2").find("expected at most 1"), std::string::npos);
+  EXPECT_NE(said("ground: 15 msl", "ground: 15 agl").find("it is the ground"), std::string::npos);
+  EXPECT_NE(said("surface: plane", "surface: terrain").find("expected plane"), std::string::npos);
+  EXPECT_NE(said("earth: flat", "earth: disc").find("expected wgs84 or flat, found 'disc'"), std::string::npos);
+  EXPECT_NE(said("telemetry: none", "telemetry: bag").find("expected csv or none, found 'bag'"), std::string::npos);
+  EXPECT_NE(said("duration_s: 60.000000001", "duration_s: 1e2").find("'duration_s'"), std::string::npos);
+}
+
+TEST_F(RunFileText, CutAtAnyByteItIsReadOrRefused) {
+  const std::string text = full_run;
+  int refused = 0;
+  for (std::size_t n = 0; n < text.size(); n += 7) refused += !read(text.substr(0, n));
+  EXPECT_GT(refused, static_cast<int>(text.size()) / 7 - 5) << "duration_s comes last, so nearly every cut loses it";
+}
+
+TEST_F(RunFileText, AFileThatIsNotThereIsNamed) {
+  const auto run = read_run_file(folder.file("gone.yaml"));
+  ASSERT_FALSE(run);
+  EXPECT_NE(run.error().message.find("gone.yaml"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace nadir::sim
