@@ -1,0 +1,249 @@
+"""The whole simulator by its command: what a flight leaves depends on its run file alone, and what cannot fly is told in one message."""
+import hashlib
+import json
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import tempfile
+import unittest
+
+import jsonschema
+
+NADIR = os.environ["NADIR_BIN"]
+SOURCE = pathlib.Path(os.environ["NADIR_SOURCE_DIR"])
+RUNS = SOURCE / "sim/demo/runs"
+DURATION_S, RATE_HZ = 3, 5
+
+
+def fly(*arguments):
+    return subprocess.run([NADIR, "fly", *map(str, arguments)], capture_output=True, text=True, timeout=120)
+
+
+def short_spain():
+    """The demonstration over Spain, shortened, with small cameras and with paths that hold from anywhere."""
+    text = (RUNS / "spain.yaml").read_text()
+    for old, new in (("duration_s: 60", f"duration_s: {DURATION_S}"), ("rate_hz: 10", f"rate_hz: {RATE_HZ}"), ("../maps/", f"{SOURCE}/sim/demo/maps/")):
+        assert old in text, old
+        text = text.replace(old, new)
+    return text
+
+
+def small_camera(name):
+    """A camera of the demonstration with a quarter of its pixels a side, and the same view."""
+    text = (RUNS / name).read_text()
+    width, height = (int(re.search(rf"image_{side}: (\d+)", text)[1]) for side in ("width", "height"))
+    focal = float(re.search(r"data: \[([\d.]+)", text)[1]) / 4
+    matrix = [focal, 0, width / 8 - 0.5, 0, focal, height / 8 - 0.5, 0, 0, 1]
+    text = re.sub(r"data: \[.*\]", f"data: {matrix}", text, count=1)
+    return text.replace(f"image_width: {width}", f"image_width: {width // 4}").replace(f"image_height: {height}", f"image_height: {height // 4}")
+
+
+def hashes(folder, *patterns):
+    return {str(p.relative_to(folder)): hashlib.sha256(p.read_bytes()).hexdigest() for pattern in patterns for p in sorted(folder.glob(pattern)) if p.is_file()}
+
+
+def records_of(folder):
+    return [json.loads(line) for line in (folder / "frames.jsonl").read_text().splitlines()]
+
+
+def truth_of(folder):
+    """The records without what a clock measured."""
+    return [{k: v for k, v in record.items() if k != "render_ms"} for record in records_of(folder)]
+
+
+class Fly(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = pathlib.Path(tempfile.mkdtemp(prefix="nadir-fly-"))
+        for name in ("rgb.yaml", "sar.yaml"):
+            (cls.folder / name).write_text(small_camera(name))
+        cls.run_file = cls.write("spain.yaml", short_spain() + "record: {truth_rows: true}\n")
+        cls.first = cls.folder / "first"
+        cls.done = fly(cls.run_file, "-o", cls.first, "--threads", 1, "--cache", "256MiB", "--json")
+        assert cls.done.returncode == 0, cls.done.stderr
+
+    @classmethod
+    def tearDownClass(cls):
+        shutil.rmtree(cls.folder)
+
+    @classmethod
+    def write(cls, name, text):
+        path = cls.folder / name
+        path.write_text(text)
+        return path
+
+    def assert_same_flight(self, other):
+        patterns = ("frames/**/*", "telemetry/**/*", "camera/**/*", "truth_rows/**/*")
+        self.assertEqual(hashes(self.first, *patterns), hashes(other, *patterns))
+        self.assertEqual(truth_of(self.first), truth_of(other))
+
+    def assert_fault(self, done, *words):
+        """One line on standard error, with these words, and an exit code that a shell takes for a failure and not a signal."""
+        self.assertIn(done.returncode, (1, 2), done.stderr)
+        self.assertEqual(len(done.stderr.splitlines()), 1, done.stderr)
+        self.assertTrue(done.stderr.startswith("nadir fly: "), done.stderr)
+        for word in words:
+            self.assertIn(str(word), done.stderr)
+
+    def test_every_sensor_exposes_at_its_own_rate(self):
+        times = {}
+        for record in records_of(self.first):
+            times.setdefault(record["sensor"], []).append(record["time_ns"])
+        self.assertEqual(times["rgb"], [k * 10**9 // RATE_HZ for k in range(DURATION_S * RATE_HZ + 1)])
+        self.assertEqual(times["sar"], [k * 10**9 // 2 for k in range(DURATION_S * 2 + 1)])
+        self.assertEqual(json.loads(self.done.stdout)["frames"], len(records_of(self.first)))
+
+    def test_records_follow_the_schema_and_list_every_frame(self):
+        schema = json.loads((SOURCE / "sim/record/frames.schema.json").read_text())
+        records = records_of(self.first)
+        for record in records:
+            jsonschema.validate(record, schema)
+        listed = {record[key] for record in records for key in ("file", "mask_file") if record[key]}
+        self.assertEqual(listed, set(hashes(self.first, "frames/**/*")))
+
+    def test_threads_memory_and_pace_change_no_byte(self):
+        for name, more in {"threads": ["--threads", 2], "memory": ["--threads", 2, "--cache", "8MiB"], "pace": ["--threads", 1, "--pace", 3]}.items():
+            with self.subTest(name):
+                done = fly(self.run_file, "-o", self.folder / name, "--json", *more)
+                self.assertEqual(done.returncode, 0, done.stderr)
+                self.assert_same_flight(self.folder / name)
+                if name == "pace":
+                    self.assertGreater(json.loads(done.stdout)["seconds"], DURATION_S / 3 - 0.01, "3 simulated seconds a second")
+
+    def test_the_run_that_was_written_flies_the_same_again(self):
+        moved = self.folder / "elsewhere"
+        moved.mkdir()
+        shutil.copy(self.first / "run.yaml", moved / "again.yaml")
+        done = fly(moved / "again.yaml", "-o", moved / "out")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assert_same_flight(moved / "out")
+        self.assertEqual((self.first / "run.yaml").read_bytes(), (moved / "out/run.yaml").read_bytes())
+
+    def test_telemetry_is_whole_and_agrees_with_the_truth_of_frames(self):
+        lines = (self.first / "telemetry/plane1/state.csv").read_text().splitlines()
+        columns = lines[0].split(",")
+        rows = [dict(zip(columns, map(float, line.split(",")))) for line in lines[1:]]
+        self.assertEqual([row["time_ns"] for row in rows], [k * 20_000_000 for k in range(DURATION_S * 50 + 1)])
+        at = {row["time_ns"]: row for row in rows}
+        for record in records_of(self.first):
+            row = at[record["time_ns"]]
+            # The camera is at the vehicle's origin and looks along its down axis
+            for key in ("lat_deg", "lon_deg", "yaw_deg", "pitch_deg", "roll_deg"):
+                self.assertAlmostEqual(row[key], record["pose"][key], places=9)
+
+    def test_truth_rows_hold_34_numbers_and_the_homography_of_the_records(self):
+        for sensor in ("rgb", "sar"):
+            records = [r for r in records_of(self.first) if r["sensor"] == sensor]
+            rows = [[float(v) for v in line.split()] for line in (self.first / f"truth_rows/plane1/{sensor}.txt").read_text().splitlines()]
+            self.assertEqual([len(row) for row in rows], [34] * len(records))
+            for number, (row, record) in enumerate(zip(rows, records)):
+                self.assertEqual(row[0], number)
+                self.assertEqual([row[4], row[8], row[12]], record["pose"]["enu_m"])
+                self.assertEqual(row[17:26], record["map_pixel_from_image_pixel"])
+                corners = record["footprint"]["texel"]
+                expected = [v - 0.5 for corner in (corners[i] for i in (0, 1, 3, 2)) for v in corner]
+                self.assertEqual(row[26:], expected)
+
+    def test_the_report_needs_nothing_from_elsewhere(self):
+        html = (self.first / "report.html").read_text()
+        self.assertEqual(re.findall(r"https?://[^\s\"'<]*", html), [])
+        self.assertGreaterEqual(html.count("data:image/"), 4, "a contact sheet and the footprints of two sensors")
+        for words in ("Flight report", "What the cameras saw", "left out"):
+            self.assertIn(words, html)
+
+    def test_a_rehearsal_renders_nothing_and_says_where_the_camera_leaves_the_map(self):
+        text = short_spain().replace("north_m: -800, east_m: -300, height: 1950 agl, yaw_deg: 0", "north_m: 11000, east_m: -300, height: 1950 agl, yaw_deg: 0")
+        out = self.folder / "rehearsal"
+        text = text.replace("mission: [{north_m: 500, east_m: -300}, {north_m: 500, east_m: 600}, {north_m: -500, east_m: 600}]", "mission: [{north_m: 20000, east_m: -300}]")
+        # Start where the rehearsal itself says the footprint still lies on the map, and fly out over its northern edge
+        inside = self.last_north_inside(text)
+        text = text.replace("north_m: 11000", f"north_m: {inside - 40}")
+        done = fly(self.write("leaves.yaml", text), "-o", out, "--dry-run", "--json")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        summary = json.loads(done.stdout)
+        leaves = {e["sensor"]: e for e in summary["leaves_map"]}
+        self.assertGreater(leaves["plane1/rgb"]["from_ns"], 0, "it begins on the map")
+        self.assertEqual(leaves["plane1/rgb"]["to_ns"], DURATION_S * 10**9, "and does not come back")
+        self.assertEqual((summary["frames"], summary["rejected"]), (0, 0))
+        self.assertEqual(hashes(out, "frames/**/*", "telemetry/**/*"), {})
+        self.assertEqual((out / "frames.jsonl").read_text(), "")
+        html = (out / "report.html").read_text()
+        self.assertRegex(html, r"plane1/rgb: \d+ exposures from \d")
+        said = fly(self.folder / "leaves.yaml", "-o", out, "--dry-run", "--force")
+        self.assertRegex(said.stdout, r"plane1/rgb leaves the map from \d")
+
+        # What the rehearsal says is what the flight finds
+        done = fly(self.folder / "leaves.yaml", "-o", self.folder / "leaves")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        off = [r["time_ns"] for r in records_of(self.folder / "leaves") if r["sensor"] == "rgb" and any(not 0 <= v <= 1 for corner in r["footprint"]["uv"] for v in corner)]
+        self.assertEqual((min(off), max(off), len(off)), tuple(leaves["plane1/rgb"][k] for k in ("from_ns", "to_ns", "exposures")))
+
+    def last_north_inside(self, text):
+        """The largest start, to 10 m, from which the first exposure lies on the map whole."""
+        low, high = 0, 11000
+        while high - low > 10:
+            middle = (low + high) // 2
+            run = self.write("probe.yaml", text.replace("north_m: 11000", f"north_m: {middle}").replace(f"duration_s: {DURATION_S}", "duration_s: 0.01"))
+            done = fly(run, "-o", self.folder / "probe", "--dry-run", "--json", "--force")
+            self.assertEqual(done.returncode, 0, done.stderr)
+            if any(e["sensor"] == "plane1/rgb" for e in json.loads(done.stdout)["leaves_map"]):
+                high = middle
+            else:
+                low = middle
+        return low
+
+    def test_rejected_exposures_are_recorded_as_such(self):
+        text = short_spain().replace("range: [0, 2500]", "range: [0, 2500], off_map: reject").replace("north_m: -800", "north_m: 200000")
+        text = text.replace("mission: [", "mission: [{north_m: 210000, east_m: -300}, ").replace(f"duration_s: {DURATION_S}", "duration_s: 0.4")
+        out = self.folder / "rejected"
+        done = fly(self.write("rejected.yaml", text), "-o", out)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn("3 exposures were rejected", done.stdout)
+        schema = json.loads((SOURCE / "sim/record/frames.schema.json").read_text())
+        records = [r for r in records_of(out) if r["sensor"] == "rgb"]
+        self.assertEqual(len(records), 3)
+        for record in records:
+            jsonschema.validate(record, schema)
+            self.assertTrue(record["rejected"])
+        self.assertEqual(hashes(out, "frames/plane1/rgb/*"), {})
+
+    def test_what_cannot_fly_is_told_in_one_message(self):
+        good, out = short_spain(), self.folder / "never"
+
+        def fault(name, old, new, *words):
+            self.assertIn(old, good)
+            path = self.write(name, good.replace(old, new))
+            self.assert_fault(fly(path, "-o", out), *words)
+            self.assertFalse(out.exists(), "nothing is left of a run that did not begin")
+
+        line = 1 + good.splitlines().index(next(row for row in good.splitlines() if "turn_radius_m" in row))
+        fault("key.yaml", "turn_radius_m", "turn_raduis_m", f"key.yaml:{line}: unknown key 'vehicles.plane1.turn_raduis_m'; did you mean 'turn_radius_m'?")
+        fault("map.yaml", "spain_s1.tif", "spain_s9.tif", "layer sar", "spain_s9.tif", "no such file")
+        fault("fast.yaml", "airspeed_mps: 25", "airspeed_mps: 60", "vehicle plane1", "60")
+        fault("camera.yaml", "camera: sar.yaml", "camera: gone.yaml", "gone.yaml", "no such file")
+        self.assert_fault(fly(self.folder / "nowhere.yaml", "-o", out), "nowhere.yaml", "no such file")
+        self.assert_fault(fly(self.run_file, "-o", out, "--cache", "much"), "--cache", "'much'")
+        self.assert_fault(fly(self.run_file, "-o", out, "--pace", -1), "--pace")
+
+    def test_an_output_folder_in_use_is_left_alone(self):
+        mine = self.folder / "mine"
+        mine.mkdir()
+        (mine / "notes.txt").write_text("keep me")
+        self.assert_fault(fly(self.run_file, "-o", mine), mine, "is there already", "--force")
+        self.assertEqual([p.name for p in mine.iterdir()], ["notes.txt"])
+
+    def test_a_pose_file_shorter_than_the_run_is_told_before_it_begins(self):
+        text = (RUNS / "kampala.yaml").read_text().replace("../maps/", f"{SOURCE}/sim/demo/maps/").replace("kampala.csv", str(RUNS / "kampala.csv"))
+        out = self.folder / "kampala"
+        self.assert_fault(fly(self.write("long.yaml", text.replace("duration_s: 23.5", "duration_s: 60")), "-o", out), "vehicle copter", "kampala.csv", "from 0 s to 23.5 s", "60 s", "duration_s")
+        self.assertFalse(out.exists())
+        done = fly(self.write("kampala.yaml", text.replace("duration_s: 23.5", "duration_s: 1")), "-o", out)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        row = (out / "telemetry/copter/state.csv").read_text().splitlines()[1]
+        self.assertEqual(row.count(","), 31, "a column for all that a flown vehicle would know")
+
+
+if __name__ == "__main__":
+    unittest.main()
