@@ -154,12 +154,10 @@ class Fly(unittest.TestCase):
             self.assertIn(words, html)
 
     def test_a_rehearsal_renders_nothing_and_says_where_the_camera_leaves_the_map(self):
-        text = short_spain().replace("north_m: -800, east_m: -300, height: 1950 agl, yaw_deg: 0", "north_m: 11000, east_m: -300, height: 1950 agl, yaw_deg: 0")
         out = self.folder / "rehearsal"
-        text = text.replace("mission: [{north_m: 500, east_m: -300}, {north_m: 500, east_m: 600}, {north_m: -500, east_m: 600}]", "mission: [{north_m: 20000, east_m: -300}]")
-        # Start where the rehearsal itself says the footprint still lies on the map, and fly out over its northern edge
-        inside = self.last_north_inside(text)
-        text = text.replace("north_m: 11000", f"north_m: {inside - 40}")
+        text = re.sub("mission: .*", "mission: [{north_m: 20000, east_m: -300}]", short_spain())
+        # From where the whole footprint still lies on the map, out over its northern edge: 40 m of the 70 that are flown
+        text = text.replace("north_m: -800", f"north_m: {self.last_north_inside(text) - 40}")
         done = fly(self.write("leaves.yaml", text), "-o", out, "--dry-run", "--json")
         self.assertEqual(done.returncode, 0, done.stderr)
         summary = json.loads(done.stdout)
@@ -180,18 +178,26 @@ class Fly(unittest.TestCase):
         off = [r["time_ns"] for r in records_of(self.folder / "leaves") if r["sensor"] == "rgb" and any(not 0 <= v <= 1 for corner in r["footprint"]["uv"] for v in corner)]
         self.assertEqual((min(off), max(off), len(off)), tuple(leaves["plane1/rgb"][k] for k in ("from_ns", "to_ns", "exposures")))
 
+    def test_a_rehearsal_over_an_earlier_flight_leaves_nothing_of_it(self):
+        out = self.folder / "replaced"
+        shutil.copytree(self.first, out)
+        done = fly(self.run_file, "-o", out, "--dry-run", "--force")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(hashes(out, "frames/**/*", "telemetry/**/*", "truth_rows/**/*"), {})
+        self.assertEqual((out / "frames.jsonl").read_text(), "")
+
     def last_north_inside(self, text):
         """The largest start, to 10 m, from which the first exposure lies on the map whole."""
-        low, high = 0, 11000
+        low, high = 0, 11000  # metres: the map reaches less far
         while high - low > 10:
             middle = (low + high) // 2
-            run = self.write("probe.yaml", text.replace("north_m: 11000", f"north_m: {middle}").replace(f"duration_s: {DURATION_S}", "duration_s: 0.01"))
+            run = self.write("probe.yaml", text.replace("north_m: -800", f"north_m: {middle}").replace(f"duration_s: {DURATION_S}", "duration_s: 0.01"))
             done = fly(run, "-o", self.folder / "probe", "--dry-run", "--json", "--force")
             self.assertEqual(done.returncode, 0, done.stderr)
-            if any(e["sensor"] == "plane1/rgb" for e in json.loads(done.stdout)["leaves_map"]):
-                high = middle
-            else:
-                low = middle
+            outside = any(e["sensor"] == "plane1/rgb" for e in json.loads(done.stdout)["leaves_map"])
+            low, high = (low, middle) if outside else (middle, high)
+        self.assertGreater(low, 0)
+        self.assertLess(high, 11000)
         return low
 
     def test_rejected_exposures_are_recorded_as_such(self):

@@ -39,7 +39,7 @@ Result<Dataset> Dataset::create(const fs::path& folder, bool force) {
   if (auto ok = refuse_to_overwrite(folder, force); !ok) return fail(ok);
   std::error_code error;
   if (fs::exists(folder / "frames.jsonl", error)) {
-    fs::remove_all(folder / "frames", error);
+    for (const char* name : {"frames", "telemetry", "truth_rows"}) fs::remove_all(folder / name, error);
     fs::remove(folder / "frames.jsonl", error);
   }
   fs::create_directories(folder, error);

@@ -24,8 +24,8 @@ namespace nadir::record {
 /// One thread at a time.
 class Dataset {
  public:
-  /// Makes the folder. A folder with content is refused, unless `force` is set: then an earlier dataset's frames and
-  /// records in it are removed first.
+  /// Makes the folder. A folder with content is refused, unless `force` is set: then an earlier dataset's frames,
+  /// telemetry and records in it are removed first.
   static Result<Dataset> create(const std::filesystem::path& folder, bool force);
   Dataset(Dataset&&) = default;
   Dataset& operator=(Dataset&&) = default;
