@@ -53,7 +53,7 @@ double peak_mib() {
 struct Cost {
   double first_ms = 0;  // from the start of the program, with reading what the method reads
   double frame_ms = 0;  // mean of the further frames
-  double warp_ms = 0;   // of it, without the copy of the reference
+  double picture_ms = 0;  // of it, without the copy of the reference
   double peak_mib = 0;
 };
 
@@ -62,16 +62,15 @@ Cost measured(const std::string& method, const std::filesystem::path& map, std::
                                           method, map.string(), view, threads);
   const std::unique_ptr<FILE, int (*)(FILE*)> pipe(popen(command.c_str(), "r"), pclose);
   Cost cost;
-  if (!pipe || std::fscanf(pipe.get(), "%lf %lf %lf %lf", &cost.first_ms, &cost.frame_ms, &cost.warp_ms, &cost.peak_mib) != 4)
+  if (!pipe || std::fscanf(pipe.get(), "%lf %lf %lf %lf", &cost.first_ms, &cost.frame_ms, &cost.picture_ms, &cost.peak_mib) != 4)
     must(Result<void>(fail(Error::Kind::Io, command + ": expected four numbers")));
   return cost;
 }
 
 /// Median over the rounds of one figure.
-template <class Figure>
-double median(const std::vector<Cost>& costs, const Figure& figure) {
+double median(const std::vector<Cost>& costs, double Cost::* figure) {
   std::vector<double> values;
-  for (const Cost& cost : costs) values.push_back(figure(cost));
+  for (const Cost& cost : costs) values.push_back(cost.*figure);
   std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2), values.end());
   return values[values.size() / 2];
 }
@@ -99,25 +98,25 @@ int measure_cost(const std::string& method, const std::string& path, int view_in
   if (method == "original") {
     cv::setNumThreads(threads);
     const Original original(read_bgr(map), plane_of_true_metres(map));
-    double warps_ms = 0;
+    double pictures_ms = 0;
     fly([&](const EnuFromCamera& pose) {
       const auto begin = Clock::now();
       const auto footprint = original.footprint(camera, pose);
       if (!footprint) must(Result<void>(fail(Error::Kind::OutsideMap, path + ": the flight leaves the map")));
       const cv::Mat picture = original.picture(
           Original::sensor_from_reference(footprint->reference_px, Original::its_rectangle(camera)), camera);
-      warps_ms += ms_since(begin);
+      pictures_ms += ms_since(begin);
       const cv::Mat truth = original.truth_picture(*footprint);
     });
-    cost.warp_ms = warps_ms / frames;
+    cost.picture_ms = pictures_ms / frames;
   } else {
     const auto scene = render::Scene::plane(map.center(), {}).with_layer("eo", map, {.bands = {1, 2, 3}});
     render::Renderer renderer({.threads = threads});
     const render::RenderOptions options{.quality = must(render::parse_quality(method))};
     fly([&](const EnuFromCamera& pose) { must(renderer.render(scene, camera, scene.surface().frame().ecef_from_enu() * pose, options)); });
-    cost.warp_ms = cost.frame_ms;
+    cost.picture_ms = cost.frame_ms;
   }
-  fmt::print("{} {} {} {}\n", cost.first_ms, cost.frame_ms, cost.warp_ms, peak_mib());
+  fmt::print("{} {} {} {}\n", cost.first_ms, cost.frame_ms, cost.picture_ms, peak_mib());
   return 0;
 }
 
@@ -126,9 +125,9 @@ std::string cost_section(const std::filesystem::path& work) {
   std::string text = fmt::format(
       "## Memory and time\n\n{} x {} texels as in the paper (naip_2014.tif enlarged), three bands of 8 bits. Each row is the median of {} "
       "rounds, in which the methods take turns, each in a process of its own. First frame: from the start of the process. Warm frame: mean "
-      "over a flight of {} further ones. The last column compares a warm frame with all that the original does for one.\n\n"
-      "| view | threads | method | peak memory (MiB) | first frame (ms) | warm frame (ms) | of it, picture | original's memory over it | "
-      "original's time over it |\n| --- | --- | --- | --- | --- | --- | --- | --- | --- |\n",
+      "over a flight of {} further ones. The last three columns: the original's figure over this row's, above 1 where ours is the smaller.\n\n"
+      "| view | threads | method | peak memory (MiB) | first frame (ms) | warm frame (ms) | of it, picture | memory | frame | picture |\n"
+      "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |\n",
       paper_width, paper_height, rounds, frames - 1);
   const std::array<std::string, 3> methods = {"original", "draft", "balanced"};
   for (std::size_t view = 0; view < views.size(); ++view)
@@ -136,14 +135,13 @@ std::string cost_section(const std::filesystem::path& work) {
       std::map<std::string, std::vector<Cost>> costs;
       for (int round = 0; round < rounds; ++round)
         for (const std::string& method : methods) costs[method].push_back(measured(method, map, view, threads));
-      const auto peak = [&](const std::string& m) { return median(costs[m], [](const Cost& c) { return c.peak_mib; }); };
-      const auto frame = [&](const std::string& m) { return median(costs[m], [](const Cost& c) { return c.frame_ms; }); };
+      const auto of = [&](const std::string& method, double Cost::* figure) { return median(costs[method], figure); };
+      const auto ratio = [&](const std::string& method, double Cost::* figure) { return of("original", figure) / of(method, figure); };
       for (const std::string& method : methods)
-        text += fmt::format("| {} | {} | {} | {:.0f} | {:.0f} | {:.2f} | {:.2f} | {:.1f} | {:.1f} |\n", views[view].name, threads,
-                            method == "original" ? method : "ours, " + method, peak(method),
-                            median(costs[method], [](const Cost& c) { return c.first_ms; }), frame(method),
-                            median(costs[method], [](const Cost& c) { return c.warp_ms; }), peak("original") / peak(method),
-                            frame("original") / frame(method));
+        text += fmt::format("| {} | {} | {} | {:.0f} | {:.0f} | {:.2f} | {:.2f} | {:.1f} | {:.1f} | {:.2f} |\n", views[view].name, threads,
+                            method == "original" ? method : "ours, " + method, of(method, &Cost::peak_mib), of(method, &Cost::first_ms),
+                            of(method, &Cost::frame_ms), of(method, &Cost::picture_ms), ratio(method, &Cost::peak_mib),
+                            ratio(method, &Cost::frame_ms), ratio(method, &Cost::picture_ms));
     }
   return text;
 }

@@ -40,6 +40,14 @@ void written(Dataset dataset, const std::filesystem::path& path) {
   must(dataset ? Result<void>() : fail(Error::Kind::Io, path.string() + ": GDAL could not write it"));
 }
 
+/// As gdal_translate.
+void translate(const Dataset& source, std::vector<std::string> words, const std::filesystem::path& path) {
+  Arguments arguments{std::move(words)};
+  const std::unique_ptr<GDALTranslateOptions, decltype(&GDALTranslateOptionsFree)> options{
+      GDALTranslateOptionsNew(arguments.list().data(), nullptr), GDALTranslateOptionsFree};
+  written(Dataset{GDALTranslate(path.c_str(), source.get(), options.get(), nullptr)}, path);
+}
+
 std::string naip() { return NADIR_SOURCE_DIR "/sim/demo/maps/naip_2014.tif"; }
 
 /// Mercator metres of the paper's place; EPSG:3857 takes the Earth for a sphere.
@@ -72,8 +80,9 @@ void build(const std::string& source, const std::filesystem::path& path) {
 tile::Map shipped_map(const std::string& name) { return must(tile::Map::open(NADIR_SOURCE_DIR "/sim/demo/maps/" + name)); }
 
 tile::Map kampala_without_loss(const std::filesystem::path& folder) {
-  const auto path = folder / "kampala.tif";
-  build(NADIR_SOURCE_DIR "/sim/demo/maps/kampala.tif", path);
+  const auto colours = folder / "kampala_colours.tif", path = folder / "kampala.tif";
+  translate(opened(NADIR_SOURCE_DIR "/sim/demo/maps/kampala.tif"), {"-b", "1", "-b", "2", "-b", "3"}, colours);
+  build(colours, path);
   return must(tile::Map::open(path));
 }
 
@@ -94,10 +103,7 @@ tile::Map map_with_marks(const std::filesystem::path& folder) {
              ? Result<void>()
              : fail(Error::Kind::Io, "GDAL could not draw the map with marks"));
   const auto path = folder / "marks.tif";
-  Arguments arguments{paper_corners(side, side)};
-  const std::unique_ptr<GDALTranslateOptions, decltype(&GDALTranslateOptionsFree)> options{
-      GDALTranslateOptionsNew(arguments.list().data(), nullptr), GDALTranslateOptionsFree};
-  written(Dataset{GDALTranslate(path.c_str(), memory.get(), options.get(), nullptr)}, path);
+  translate(memory, paper_corners(side, side), path);
   return must(tile::Map::open(path));
 }
 
@@ -114,13 +120,10 @@ tile::Map naip_in_mercator(const std::filesystem::path& folder) {
 
 std::filesystem::path paper_sized_map(const std::filesystem::path& folder) {
   const auto enlarged = folder / "enlarged.tif", path = folder / "paper_sized.tif";
-  Dataset source = opened(naip());
-  Arguments arguments{{"-b", "1", "-b", "2", "-b", "3", "-r", "bilinear", "-co", "TILED=YES", "-a_nodata", "none",
-                       "-outsize", std::to_string(paper_width), std::to_string(paper_height)}};
-  for (std::string& word : paper_corners(paper_width, paper_height)) arguments.words.push_back(std::move(word));
-  const std::unique_ptr<GDALTranslateOptions, decltype(&GDALTranslateOptionsFree)> options{
-      GDALTranslateOptionsNew(arguments.list().data(), nullptr), GDALTranslateOptionsFree};
-  written(Dataset{GDALTranslate(enlarged.c_str(), source.get(), options.get(), nullptr)}, enlarged);
+  std::vector<std::string> words = {"-b", "1", "-b", "2", "-b", "3", "-r", "bilinear", "-co", "TILED=YES", "-a_nodata", "none",
+                                    "-outsize", std::to_string(paper_width), std::to_string(paper_height)};
+  for (std::string& word : paper_corners(paper_width, paper_height)) words.push_back(std::move(word));
+  translate(opened(naip()), std::move(words), enlarged);
   build(enlarged, path);
   return path;
 }

@@ -15,7 +15,8 @@ inline constexpr double paper_texel_m = 1.194328567;
 /// One of the maps that the repository ships: "kampala.tif".
 tile::Map shipped_map(const std::string& name);
 
-/// kampala.tif with its levels made anew from level 0 and stored without loss, so that errors are those of sampling.
+/// kampala.tif without its alpha band, which the original does not know, and with levels made anew from level 0 and stored
+/// without loss: all methods see the same texels, and errors are those of sampling.
 tile::Map kampala_without_loss(const std::filesystem::path& folder);
 
 /// Black, three bands, at the paper's place and texel size, with four white squares `mark_texels` from the middle, to the
