@@ -97,7 +97,7 @@ Pixels amplified(const Pixels& picture, const Pixels& reference) {
 void draw(const std::filesystem::path& path, const Pixels& reference, const Errors& original, const Errors& balanced, const Errors& best) {
   const std::vector<std::pair<std::string, Pixels>> pictures = {
       {"reference: the mean under each pixel", reference},
-      {"original: bilinear, full resolution", original.first},
+      {"original, half-pixel shifts undone", original.first},
       {"ours: balanced", balanced.first},
       {"ours: best", best.first},
       {"original less reference, x 4", amplified(original.first, reference)},

@@ -18,7 +18,7 @@ std::string border_section() {
   // East from the middle, 60 m up and turned by 33 degrees, over the border and beyond: a footprint of 72 m x 54 m.
   constexpr int frames = 61;
   constexpr double step_m = 3;
-  int published = 0, rejected_none = 0, masked = 0, dropped_with_ground = 0;
+  int published = 0, under_its_rule = 0, masked = 0, dropped_with_ground = 0;
   double valid = 0;
   for (int i = 0; i < frames; ++i) {
     EnuFromCamera enu_from_camera = level(i * step_m, 0, 60);
@@ -27,7 +27,7 @@ std::string border_section() {
     const bool its_frame = original.footprint(camera, enu_from_camera).has_value();
     const double fraction = must(renderer.render(scene, camera, pose)).truth().valid_fraction;
     published += its_frame;
-    rejected_none += renderer.render(scene, camera, pose, {.off_map = render::OffMap::Reject}).has_value();
+    under_its_rule += renderer.render(scene, camera, pose, {.off_map = render::OffMap::Reject}).has_value();
     masked += fraction > 0;
     if (!its_frame && fraction > 0) ++dropped_with_ground, valid += fraction;
   }
@@ -39,7 +39,7 @@ std::string border_section() {
                      "| ours, `--off-map reject`: the same rule | {} |\n"
                      "| ours, `--off-map mask` | {} |\n"
                      "| dropped by the original in sight of the map | {}, on average {:.0f} % of their pixels valid |\n",
-                     frames, masked, published, rejected_none, masked, dropped_with_ground,
+                     frames, masked, published, under_its_rule, masked, dropped_with_ground,
                      dropped_with_ground ? 100 * valid / dropped_with_ground : 0.0);
 }
 
