@@ -505,6 +505,19 @@ TEST_F(Build, AMapCanBeBuiltOntoItsOwnSource) {
   EXPECT_EQ(read_level(o.output, 0, 1)[200], 200);
 }
 
+TEST_F(Build, LevelsOfAWebpMapWithoutLossAreWithoutLossToo) {
+  std::mt19937 random(1);
+  const auto source = raster("noise.tif", {.bands = 3, .type = GDT_Byte}, [&](int, int, int) { return static_cast<double>(random() % 256); });
+  auto webp = options({source}, "webp.tif"), none = options({source}, "none.tif");
+  webp.compression = Compression::Webp;
+  webp.quality = 100;
+  none.compression = Compression::None;
+  ASSERT_TRUE(build(webp));
+  ASSERT_TRUE(build(none));
+  for (const int level : {0, 1, 2})
+    for (const int band : {1, 2, 3}) EXPECT_EQ(read_level(webp.output, level, band), read_level(none.output, level, band)) << level << " " << band;
+}
+
 TEST_F(Build, AFullDiskIsReportedAndLeavesNothing) {
   std::mt19937 random(1);
   for (const GDALDataType type : {GDT_Byte, GDT_Float32}) {  // levels reduced by GDAL, and by us

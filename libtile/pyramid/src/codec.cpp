@@ -42,6 +42,10 @@ Result<CPLStringList> codec_options(const BuildOptions& options, const Mosaic& m
   const int colors = mosaic.band_count - (alpha ? 1 : 0);
   CPLStringList creation;
   const int quality = options.quality.value_or(default_quality);
+  // GDAL's COG driver takes the levels' quality from an option of their own, lossy where it is not set.
+  const auto set_quality = [&] {
+    for (const char* option : {"QUALITY", "OVERVIEW_QUALITY"}) creation.SetNameValue(option, std::to_string(quality).c_str());
+  };
   switch (options.compression) {
     case Compression::None: break;
     case Compression::Deflate:
@@ -53,12 +57,12 @@ Result<CPLStringList> codec_options(const BuildOptions& options, const Mosaic& m
     case Compression::Jpeg:
       if (type != GDT_Byte || (colors != 1 && colors != 3))
         return refuse(mosaic, fmt::format("jpeg stores 1 or 3 bands of 8 bits, found {} of type {}", colors, type_name));
-      creation.SetNameValue("QUALITY", std::to_string(quality).c_str());
+      set_quality();
       break;
     case Compression::Webp:
       if (type != GDT_Byte || (mosaic.band_count != 3 && !(alpha && mosaic.band_count == 4)))
         return refuse(mosaic, fmt::format("webp stores 3 bands of 8 bits, and alpha, found {} of type {}", colors, type_name));
-      creation.SetNameValue("QUALITY", std::to_string(quality).c_str());
+      set_quality();
       break;
     case Compression::Lerc:
       if (type == GDT_Int64 || type == GDT_UInt64) return refuse(mosaic, fmt::format("lerc stores samples of up to 32 bits and doubles, found {}", type_name));
