@@ -69,8 +69,9 @@ struct Errors {
 
   std::string row() const {
     const double mse = squares / frames;
-    return fmt::format("| {} | {} | {:.2f} | {:.2f} | {:.2f} |\n", name, mse > 0 ? fmt::format("{:.1f}", 10 * std::log10(255 * 255 / mse)) : "",
-                       std::sqrt(mse), magnitudes / frames, std::sqrt(changes / (frames - 1)));
+    return fmt::format("| {} | {} | {:.2f} | {:.2f} | {:.2f} |\n", name,
+                       mse > 0 ? fmt::format("{:.1f}", 10 * std::log10(255 * 255 / mse)) : "", std::sqrt(mse),
+                       magnitudes / frames, std::sqrt(changes / (frames - 1)));
   }
 };
 
@@ -94,7 +95,8 @@ Pixels amplified(const Pixels& picture, const Pixels& reference) {
   return out;
 }
 
-void draw(const std::filesystem::path& path, const Pixels& reference, const Errors& original, const Errors& balanced, const Errors& best) {
+void draw(const std::filesystem::path& path, const Pixels& reference, const Errors& original, const Errors& balanced,
+          const Errors& best) {
   const std::vector<std::pair<std::string, Pixels>> pictures = {
       {"reference: the mean under each pixel", reference},
       {"original, half-pixel shifts undone", original.first},
@@ -106,7 +108,8 @@ void draw(const std::filesystem::path& path, const Pixels& reference, const Erro
   std::vector<record::Image> images;
   for (const auto& [caption, pixels] : pictures) images.push_back(enlarged(pixels));
   record::ContactSheet sheet{"Kampala at a minification of 3.8, 90 x 67 pixels at 400 %", {}};
-  for (std::size_t i = 0; i < images.size(); ++i) sheet.frames.push_back({.image = images[i].view(), .caption = pictures[i].first});
+  for (std::size_t i = 0; i < images.size(); ++i)
+    sheet.frames.push_back({.image = images[i].view(), .caption = pictures[i].first});
   must(must(record::image_files())->write_contact_sheet(path, sheet));
 }
 
@@ -115,43 +118,54 @@ void draw(const std::filesystem::path& path, const Pixels& reference, const Erro
 std::string aliasing_section(const std::filesystem::path& work, const std::filesystem::path& picture) {
   const tile::Map map = kampala_without_loss(work);
   const auto scene = render::Scene::plane(map.center(), {}).with_layer("eo", map, {.bands = {1, 2, 3}});
-  const auto camera = must(render::Camera::pinhole(width_px, height_px, focal_px, focal_px, width_px / 2.0, height_px / 2.0));
+  const auto camera =
+      must(render::Camera::pinhole(width_px, height_px, focal_px, focal_px, width_px / 2.0, height_px / 2.0));
   const Original original(read_bgr(map), plane_of_map_units(map));
   const double gsd_m = minification * map.texel_size_m().x(), height_m = gsd_m * focal_px;
   render::Renderer renderer;
 
-  Errors definition{.name = "reference"}, as_is{.name = "original"}, aligned{.name = "original, its half-pixel shifts undone"},
-      draft{.name = "ours, draft"}, balanced{.name = "ours, balanced"}, best{.name = "ours, best"};
+  Errors definition{.name = "reference"}, as_is{.name = "original"},
+      aligned{.name = "original, its half-pixel shifts undone"}, draft{.name = "ours, draft"},
+      balanced{.name = "ours, balanced"}, best{.name = "ours, best"};
   EnuFromCamera enu_from_camera = level(0, 0, height_m);
-  enu_from_camera.rotation *= Eigen::Quaterniond(Eigen::AngleAxisd(geodesy::to_radians(yaw_deg), Eigen::Vector3d::UnitZ()));
+  enu_from_camera.rotation *=
+      Eigen::Quaterniond(Eigen::AngleAxisd(geodesy::to_radians(yaw_deg), Eigen::Vector3d::UnitZ()));
   // The ground moves right and down in the picture where the camera moves left and up in it.
   const Eigen::Vector3d step_m = enu_from_camera.rotation * Eigen::Vector3d(-motion_px.x(), -motion_px.y(), 0) * gsd_m;
   enu_from_camera.origin -= step_m * (poses / 2);
   for (int i = 0; i < poses; ++i, enu_from_camera.origin += step_m) {
     const auto pose = scene.surface().frame().ecef_from_enu() * enu_from_camera;
-    const auto render = [&](const render::RenderOptions& options) { return must(renderer.render(scene, camera, pose, options)); };
+    const auto render = [&](const render::RenderOptions& options) {
+      return must(renderer.render(scene, camera, pose, options));
+    };
     const auto pixels = [](const render::Frame& frame) {
       const auto samples = frame.pixels<std::uint8_t>();
       return Pixels(samples.begin(), samples.end());
     };
     const auto frame = render({.filter = render::Filter::Reference});
-    if (frame.truth().valid_fraction < 1) must(Result<void>(fail(Error::Kind::OutsideMap, "kampala.tif: this flight needs ground everywhere")));
+    if (frame.truth().valid_fraction < 1)
+      must(Result<void>(fail(Error::Kind::OutsideMap, "kampala.tif: this flight needs ground everywhere")));
     const Pixels reference = pixels(frame);
     definition.add(reference, reference);
 
     const auto& texel = frame.truth().footprint_texel;
     std::array<Eigen::Vector2d, 4> corners = {*texel[0], *texel[1], *texel[3], *texel[2]};
-    as_is.add(rgb(original.picture(Original::sensor_from_reference(corners, Original::its_rectangle(camera)), camera)), reference);
+    as_is.add(rgb(original.picture(Original::sensor_from_reference(corners, Original::its_rectangle(camera)), camera)),
+              reference);
     for (Eigen::Vector2d& corner : corners) corner.array() -= 0.5;
-    aligned.add(rgb(original.picture(Original::sensor_from_reference(corners, {-0.5F, -0.5F, width_px, height_px}), camera)), reference);
+    aligned.add(
+        rgb(original.picture(Original::sensor_from_reference(corners, {-0.5F, -0.5F, width_px, height_px}), camera)),
+        reference);
     draft.add(pixels(render({.quality = render::Quality::draft})), reference);
     balanced.add(pixels(render({.quality = render::Quality::balanced})), reference);
     best.add(pixels(render({.quality = render::Quality::best})), reference);
   }
 
   std::string text = fmt::format(
-      "## Aliasing\n\n{} frames of {} x {} pixels over kampala.tif (without alpha, its levels built without loss) at a minification of {}, against the reference filter (the mean of the "
-      "bilinear map under each pixel), in grey levels. Flicker: RMS difference of consecutive frames after the picture's motion of {:.1f} "
+      "## Aliasing\n\n{} frames of {} x {} pixels over kampala.tif (without alpha, its levels built without loss) at a "
+      "minification of {}, against the reference filter (the mean of the "
+      "bilinear map under each pixel), in grey levels. Flicker: RMS difference of consecutive frames after the "
+      "picture's motion of {:.1f} "
       "pixels is undone.\n\n"
       "| | PSNR (dB) | RMS error | mean error | flicker |\n| --- | --- | --- | --- | --- |\n",
       poses, width_px, height_px, minification, motion_px.norm());

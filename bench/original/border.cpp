@@ -22,7 +22,8 @@ std::string border_section() {
   double valid = 0;
   for (int i = 0; i < frames; ++i) {
     EnuFromCamera enu_from_camera = level(i * step_m, 0, 60);
-    enu_from_camera.rotation *= Eigen::Quaterniond(Eigen::AngleAxisd(geodesy::to_radians(33), Eigen::Vector3d::UnitZ()));
+    enu_from_camera.rotation *=
+        Eigen::Quaterniond(Eigen::AngleAxisd(geodesy::to_radians(33), Eigen::Vector3d::UnitZ()));
     const auto pose = scene.surface().frame().ecef_from_enu() * enu_from_camera;
     const bool its_frame = original.footprint(camera, enu_from_camera).has_value();
     const double fraction = must(renderer.render(scene, camera, pose)).truth().valid_fraction;
@@ -31,16 +32,17 @@ std::string border_section() {
     masked += fraction > 0;
     if (!its_frame && fraction > 0) ++dropped_with_ground, valid += fraction;
   }
-  return fmt::format("## Border\n\n"
-                     "{} frames over kampala.tif, level, from its middle to 66 m beyond its eastern border:\n\n"
-                     "| | frames |\n| --- | --- |\n"
-                     "| that see any of the map | {} |\n"
-                     "| original: all corners or nothing | {} |\n"
-                     "| ours, `--off-map reject`: the same rule | {} |\n"
-                     "| ours, `--off-map mask` | {} |\n"
-                     "| dropped by the original in sight of the map | {}, on average {:.0f} % of their pixels valid |\n",
-                     frames, masked, published, under_its_rule, masked, dropped_with_ground,
-                     dropped_with_ground ? 100 * valid / dropped_with_ground : 0.0);
+  return fmt::format(
+      "## Border\n\n"
+      "{} frames over kampala.tif, level, from its middle to 66 m beyond its eastern border:\n\n"
+      "| | frames |\n| --- | --- |\n"
+      "| that see any of the map | {} |\n"
+      "| original: all corners or nothing | {} |\n"
+      "| ours, `--off-map reject`: the same rule | {} |\n"
+      "| ours, `--off-map mask` | {} |\n"
+      "| dropped by the original in sight of the map | {}, on average {:.0f} % of their pixels valid |\n",
+      frames, masked, published, under_its_rule, masked, dropped_with_ground,
+      dropped_with_ground ? 100 * valid / dropped_with_ground : 0.0);
 }
 
 }  // namespace nadir::bench

@@ -36,7 +36,9 @@ constexpr int frames = 21, rounds = 5;
 constexpr double step_m = 20;
 
 using Clock = std::chrono::steady_clock;
-double ms_since(Clock::time_point start) { return std::chrono::duration<double, std::milli>(Clock::now() - start).count(); }
+double ms_since(Clock::time_point start) {
+  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+}
 
 /// Peak resident memory of this program. Unlike getrusage's it does not count the process that started it.
 double peak_mib() {
@@ -51,24 +53,26 @@ double peak_mib() {
 }
 
 struct Cost {
-  double first_ms = 0;  // from the start of the program, with reading what the method reads
-  double frame_ms = 0;  // mean of the further frames
+  double first_ms = 0;    // from the start of the program, with reading what the method reads
+  double frame_ms = 0;    // mean of the further frames
   double picture_ms = 0;  // of it, without the copy of the reference
   double peak_mib = 0;
 };
 
 Cost measured(const std::string& method, const std::filesystem::path& map, std::size_t view, int threads) {
-  const std::string command = fmt::format("'{}' --measure {} '{}' {} {}", std::filesystem::read_symlink("/proc/self/exe").string(),
-                                          method, map.string(), view, threads);
+  const std::string command =
+      fmt::format("'{}' --measure {} '{}' {} {}", std::filesystem::read_symlink("/proc/self/exe").string(), method,
+                  map.string(), view, threads);
   const std::unique_ptr<FILE, int (*)(FILE*)> pipe(popen(command.c_str(), "r"), pclose);
   Cost cost;
-  if (!pipe || std::fscanf(pipe.get(), "%lf %lf %lf %lf", &cost.first_ms, &cost.frame_ms, &cost.picture_ms, &cost.peak_mib) != 4)
+  if (!pipe ||
+      std::fscanf(pipe.get(), "%lf %lf %lf %lf", &cost.first_ms, &cost.frame_ms, &cost.picture_ms, &cost.peak_mib) != 4)
     must(Result<void>(fail(Error::Kind::Io, command + ": expected four numbers")));
   return cost;
 }
 
 /// Median over the rounds of one figure.
-double median(const std::vector<Cost>& costs, double Cost::* figure) {
+double median(const std::vector<Cost>& costs, double Cost::*figure) {
   std::vector<double> values;
   for (const Cost& cost : costs) values.push_back(cost.*figure);
   std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2), values.end());
@@ -113,7 +117,9 @@ int measure_cost(const std::string& method, const std::string& path, int view_in
     const auto scene = render::Scene::plane(map.center(), {}).with_layer("eo", map, {.bands = {1, 2, 3}});
     render::Renderer renderer({.threads = threads});
     const render::RenderOptions options{.quality = must(render::parse_quality(method))};
-    fly([&](const EnuFromCamera& pose) { must(renderer.render(scene, camera, scene.surface().frame().ecef_from_enu() * pose, options)); });
+    fly([&](const EnuFromCamera& pose) {
+      must(renderer.render(scene, camera, scene.surface().frame().ecef_from_enu() * pose, options));
+    });
     cost.picture_ms = cost.frame_ms;
   }
   fmt::print("{} {} {} {}\n", cost.first_ms, cost.frame_ms, cost.picture_ms, peak_mib());
@@ -123,10 +129,14 @@ int measure_cost(const std::string& method, const std::string& path, int view_in
 std::string cost_section(const std::filesystem::path& work) {
   const auto map = paper_sized_map(work);
   std::string text = fmt::format(
-      "## Memory and time\n\n{} x {} texels as in the paper (naip_2014.tif enlarged), three bands of 8 bits. Each row is the median of {} "
-      "rounds, in which the methods take turns, each in a process of its own. First frame: from the start of the process. Warm frame: mean "
-      "over a flight of {} further ones. The last three columns: the original's figure over this row's, above 1 where ours is the smaller.\n\n"
-      "| view | threads | method | peak memory (MiB) | first frame (ms) | warm frame (ms) | of it, picture | memory | frame | picture |\n"
+      "## Memory and time\n\n{} x {} texels as in the paper (naip_2014.tif enlarged), three bands of 8 bits. Each row "
+      "is the median of {} "
+      "rounds, in which the methods take turns, each in a process of its own. First frame: from the start of the "
+      "process. Warm frame: mean "
+      "over a flight of {} further ones. The last three columns: the original's figure over this row's, above 1 where "
+      "ours is the smaller.\n\n"
+      "| view | threads | method | peak memory (MiB) | first frame (ms) | warm frame (ms) | of it, picture | memory | "
+      "frame | picture |\n"
       "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |\n",
       paper_width, paper_height, rounds, frames - 1);
   const std::array<std::string, 3> methods = {"original", "draft", "balanced"};
@@ -135,12 +145,15 @@ std::string cost_section(const std::filesystem::path& work) {
       std::map<std::string, std::vector<Cost>> costs;
       for (int round = 0; round < rounds; ++round)
         for (const std::string& method : methods) costs[method].push_back(measured(method, map, view, threads));
-      const auto of = [&](const std::string& method, double Cost::* figure) { return median(costs[method], figure); };
-      const auto ratio = [&](const std::string& method, double Cost::* figure) { return of("original", figure) / of(method, figure); };
+      const auto of = [&](const std::string& method, double Cost::*figure) { return median(costs[method], figure); };
+      const auto ratio = [&](const std::string& method, double Cost::*figure) {
+        return of("original", figure) / of(method, figure);
+      };
       for (const std::string& method : methods)
-        text += fmt::format("| {} | {} | {} | {:.0f} | {:.0f} | {:.2f} | {:.2f} | {:.1f} | {:.1f} | {:.2f} |\n", views[view].name, threads,
-                            method == "original" ? method : "ours, " + method, of(method, &Cost::peak_mib), of(method, &Cost::first_ms),
-                            of(method, &Cost::frame_ms), of(method, &Cost::picture_ms), ratio(method, &Cost::peak_mib),
+        text += fmt::format("| {} | {} | {} | {:.0f} | {:.0f} | {:.2f} | {:.2f} | {:.1f} | {:.1f} | {:.2f} |\n",
+                            views[view].name, threads, method == "original" ? method : "ours, " + method,
+                            of(method, &Cost::peak_mib), of(method, &Cost::first_ms), of(method, &Cost::frame_ms),
+                            of(method, &Cost::picture_ms), ratio(method, &Cost::peak_mib),
                             ratio(method, &Cost::frame_ms), ratio(method, &Cost::picture_ms));
     }
   return text;

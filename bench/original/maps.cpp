@@ -22,7 +22,8 @@ using Dataset = std::unique_ptr<void, CloseDataset>;
 Dataset opened(const std::string& path) {
   GDALAllRegister();
   Dataset dataset{GDALOpenEx(path.c_str(), GDAL_OF_RASTER, nullptr, nullptr, nullptr)};
-  return must(dataset ? Result<Dataset>(std::move(dataset)) : fail(Error::Kind::NotFound, path + ": expected a raster"));
+  return must(dataset ? Result<Dataset>(std::move(dataset))
+                      : fail(Error::Kind::NotFound, path + ": expected a raster"));
 }
 
 /// Arguments as GDAL's programs take them.
@@ -60,7 +61,8 @@ Eigen::Vector2d paper_middle_m() {
 std::vector<std::string> paper_corners(int width, int height) {
   const Eigen::Vector2d middle = paper_middle_m(), half = Eigen::Vector2d(width, height) * (paper_texel_m / 2);
   std::vector<std::string> words = {"-a_srs", "EPSG:3857", "-a_ullr"};
-  for (const double value : {middle.x() - half.x(), middle.y() + half.y(), middle.x() + half.x(), middle.y() - half.y()})
+  for (const double value :
+       {middle.x() - half.x(), middle.y() + half.y(), middle.x() + half.x(), middle.y() - half.y()})
     words.push_back(fmt::format("{:.9f}", value));
   return words;
 }
@@ -77,7 +79,9 @@ void build(const std::string& source, const std::filesystem::path& path) {
 
 }  // namespace
 
-tile::Map shipped_map(const std::string& name) { return must(tile::Map::open(NADIR_SOURCE_DIR "/sim/demo/maps/" + name)); }
+tile::Map shipped_map(const std::string& name) {
+  return must(tile::Map::open(NADIR_SOURCE_DIR "/sim/demo/maps/" + name));
+}
 
 tile::Map kampala_without_loss(const std::filesystem::path& folder) {
   const auto colours = folder / "kampala_colours.tif", path = folder / "kampala.tif";
@@ -120,8 +124,21 @@ tile::Map naip_in_mercator(const std::filesystem::path& folder) {
 
 std::filesystem::path paper_sized_map(const std::filesystem::path& folder) {
   const auto enlarged = folder / "enlarged.tif", path = folder / "paper_sized.tif";
-  std::vector<std::string> words = {"-b", "1", "-b", "2", "-b", "3", "-r", "bilinear", "-co", "TILED=YES", "-a_nodata", "none",
-                                    "-outsize", std::to_string(paper_width), std::to_string(paper_height)};
+  std::vector<std::string> words = {"-b",
+                                    "1",
+                                    "-b",
+                                    "2",
+                                    "-b",
+                                    "3",
+                                    "-r",
+                                    "bilinear",
+                                    "-co",
+                                    "TILED=YES",
+                                    "-a_nodata",
+                                    "none",
+                                    "-outsize",
+                                    std::to_string(paper_width),
+                                    std::to_string(paper_height)};
   for (std::string& word : paper_corners(paper_width, paper_height)) words.push_back(std::move(word));
   translate(opened(naip()), std::move(words), enlarged);
   build(enlarged, path);

@@ -18,8 +18,8 @@ struct OriginalFootprint {
 };
 
 /// The renderer of the 2022 plugin, written anew from its published formulas: a textured plane, four corner rays, one
-/// perspective warp of the whole 8-bit reference. One thing is not re-enacted: its rectangle is two triangles, and a corner
-/// exactly on their diagonal is taken for a miss.
+/// perspective warp of the whole 8-bit reference. One thing is not re-enacted: its rectangle is two triangles, and a
+/// corner exactly on their diagonal is taken for a miss.
 class Original {
  public:
   /// `reference`: BGR, 8 bits. `plane_m`: size of the plane that it covers.
@@ -28,8 +28,8 @@ class Original {
   /// Empty where a corner misses the plane: the original then publishes nothing.
   std::optional<OriginalFootprint> footprint(const render::Camera& camera, const EnuFromCamera& enu_from_camera) const;
 
-  /// Reference pixels to sensor pixels, through single-precision corners. `sensor_px`: where the outer corners come to lie;
-  /// the original takes the rectangle of the pixel centres, 0 to W - 1, for them.
+  /// Reference pixels to sensor pixels, through single-precision corners. `sensor_px`: where the outer corners come to
+  /// lie; the original takes the rectangle of the pixel centres, 0 to W - 1, for them.
   static cv::Mat sensor_from_reference(const std::array<Eigen::Vector2d, 4>& reference_px, const cv::Rect2f& sensor_px);
   static cv::Rect2f its_rectangle(const render::Camera& camera);
 

@@ -1,4 +1,5 @@
-// original_bench [OUT_FOLDER]: the original of 2022, re-enacted beside this renderer. Writes original.md and original.png.
+// original_bench [OUT_FOLDER]: the original of 2022, re-enacted beside this renderer. Writes original.md and
+// original.png.
 #include <fmt/format.h>
 
 #include <cstdlib>

@@ -19,7 +19,8 @@ std::string cost_section(const std::filesystem::path& work);
 /// Frames of a flight that leaves the map.
 std::string border_section();
 
-/// One method on one map in this process, for `cost_section`, which starts the program anew for each: a line of numbers.
+/// One method on one map in this process, for `cost_section`, which starts the program anew for each: a line of
+/// numbers.
 int measure_cost(const std::string& method, const std::string& map, int view, int threads);
 
 }  // namespace nadir::bench

@@ -36,14 +36,24 @@ void BM_WarmFrame(benchmark::State& state, render::Quality quality) {
   render::Renderer renderer({.threads = static_cast<int>(state.range(1))});
   const auto s = scene();
   const auto c = camera();
-  if (!renderer.render(s, c, pose(view), {.quality = quality})) return state.SkipWithError("no frame");  // reads the map
+  if (!renderer.render(s, c, pose(view), {.quality = quality}))
+    return state.SkipWithError("no frame");  // reads the map
   for (auto _ : state) benchmark::DoNotOptimize(renderer.render(s, c, pose(view), {.quality = quality}));
   state.SetItemsProcessed(state.iterations() * 1280 * 720);  // pixels
 }
 const std::vector<std::vector<std::int64_t>> each_view_one_and_two_threads = {{0, 1, 2}, {1, 2}};
-BENCHMARK_CAPTURE(BM_WarmFrame, draft, render::Quality::draft)->ArgsProduct(each_view_one_and_two_threads)->Unit(benchmark::kMillisecond)->UseRealTime();
-BENCHMARK_CAPTURE(BM_WarmFrame, balanced, render::Quality::balanced)->ArgsProduct(each_view_one_and_two_threads)->Unit(benchmark::kMillisecond)->UseRealTime();
-BENCHMARK_CAPTURE(BM_WarmFrame, best, render::Quality::best)->ArgsProduct(each_view_one_and_two_threads)->Unit(benchmark::kMillisecond)->UseRealTime();
+BENCHMARK_CAPTURE(BM_WarmFrame, draft, render::Quality::draft)
+    ->ArgsProduct(each_view_one_and_two_threads)
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime();
+BENCHMARK_CAPTURE(BM_WarmFrame, balanced, render::Quality::balanced)
+    ->ArgsProduct(each_view_one_and_two_threads)
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime();
+BENCHMARK_CAPTURE(BM_WarmFrame, best, render::Quality::best)
+    ->ArgsProduct(each_view_one_and_two_threads)
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime();
 
 #ifdef NADIR_HAVE_OPENCV
 /// The whole map in memory, one bilinear sample a pixel, no levels.

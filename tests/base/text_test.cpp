@@ -16,7 +16,8 @@ TEST(NearestName, FindsTheNameThatWasMistyped) {
 
 TEST(ParseSeconds, KeepsEveryNanosecond) {
   EXPECT_EQ(parse_seconds_as_ns("0.1").value(), 100'000'000);
-  EXPECT_EQ(parse_seconds_as_ns("1750000000.123456789").value(), 1'750'000'000'123'456'789) << "a double would lose the last digits";
+  EXPECT_EQ(parse_seconds_as_ns("1750000000.123456789").value(), 1'750'000'000'123'456'789)
+      << "a double would lose the last digits";
   EXPECT_EQ(parse_seconds_as_ns("-2.5").value(), -2'500'000'000);
   EXPECT_EQ(parse_seconds_as_ns("9223372036.854775807").value(), INT64_MAX);
 }

@@ -72,11 +72,16 @@ TEST(YamlMap, AValueOfTheWrongKindGivesNothingAndAFault) {
   };
   EXPECT_EQ(fault_of([](const YamlMap& m) { return m.text("list"); }), "f.yaml:2: 'list': expected a single value");
   EXPECT_EQ(fault_of([](const YamlMap& m) { return m.number("map"); }), "f.yaml:3: 'map': expected a single value");
-  EXPECT_EQ(fault_of([](const YamlMap& m) { return m.flag("scalar"); }), "f.yaml:1: 'scalar': expected true or false, found '1'");
-  EXPECT_TRUE(contains(fault_of([](const YamlMap& m) { return m.numbers("scalar"); }), "f.yaml:1: 'scalar': expected a list"));
-  EXPECT_TRUE(contains(fault_of([](const YamlMap& m) { return m.texts("maps"); }), "f.yaml:4: 'maps': expected a list"));
-  EXPECT_TRUE(contains(fault_of([](const YamlMap& m) { return m.map("list"); }), "f.yaml:2: 'list': expected 'key: value'"));
-  EXPECT_TRUE(contains(fault_of([](const YamlMap& m) { return !m.maps("list").empty(); }), "f.yaml:2: 'list': expected a list of maps"));
+  EXPECT_EQ(fault_of([](const YamlMap& m) { return m.flag("scalar"); }),
+            "f.yaml:1: 'scalar': expected true or false, found '1'");
+  EXPECT_TRUE(
+      contains(fault_of([](const YamlMap& m) { return m.numbers("scalar"); }), "f.yaml:1: 'scalar': expected a list"));
+  EXPECT_TRUE(
+      contains(fault_of([](const YamlMap& m) { return m.texts("maps"); }), "f.yaml:4: 'maps': expected a list"));
+  EXPECT_TRUE(
+      contains(fault_of([](const YamlMap& m) { return m.map("list"); }), "f.yaml:2: 'list': expected 'key: value'"));
+  EXPECT_TRUE(contains(fault_of([](const YamlMap& m) { return !m.maps("list").empty(); }),
+                       "f.yaml:2: 'list': expected a list of maps"));
 }
 
 TEST(YamlMap, NumbersThatAreNotFiniteAreRefused) {
@@ -123,8 +128,9 @@ TEST(YamlMap, NamesThatUsersChooseMustBeNamesOfMapsAndThereOnce) {
   const YamlMap map = parse("a: {}\nb: 1\nc:\n[x, y]: {}\na: {}\n~: {}\n");
   map.entries();
   const std::string message = faults(map);
-  for (const char* part : {"f.yaml:2: 'b': expected 'key: value'", "f.yaml:3: 'c': expected 'key: value'", "f.yaml:4: expected a name", "f.yaml:5: the key 'a' is there twice",
-                           "f.yaml:6: expected a name"})
+  for (const char* part :
+       {"f.yaml:2: 'b': expected 'key: value'", "f.yaml:3: 'c': expected 'key: value'", "f.yaml:4: expected a name",
+        "f.yaml:5: the key 'a' is there twice", "f.yaml:6: expected a name"})
     EXPECT_TRUE(contains(message, part)) << part << "\nin\n" << message;
 }
 
@@ -191,7 +197,8 @@ TEST(YamlMap, WhatIsNoMapOrNoYamlIsRefusedWithItsLine) {
 }
 
 TEST(YamlMap, ASecondDocumentIsRefusedInsteadOfIgnored) {
-  EXPECT_EQ(refusal("a: 1\n---\nb: 2\n"), "f.yaml:3: expected one document, found another: remove the line '---' above it");
+  EXPECT_EQ(refusal("a: 1\n---\nb: 2\n"),
+            "f.yaml:3: expected one document, found another: remove the line '---' above it");
   EXPECT_EQ(refusal("---\na: 1\n"), "accepted") << "a mark at the top is usual";
   EXPECT_EQ(refusal("a: 1\n...\n"), "accepted");
 }
@@ -201,17 +208,22 @@ TEST(YamlMap, AGoodFileCutAtAnyByteIsReadOrRefused) {
   int refused = 0;
   for (std::size_t n = 0; n < text.size(); ++n) {
     const auto map = YamlMap::parse("f.yaml", text.substr(0, n));
-    if (map) (void)map->entries(), (void)map->finish();
-    else ++refused;
+    if (map)
+      (void)map->entries(), (void)map->finish();
+    else
+      ++refused;
   }
   EXPECT_GT(refused, 10) << "the cuts no longer damage it";
 }
 
 TEST(YamlQuoted, AnyTextComesBackAsItWas) {
-  for (const std::string& text : {std::string(""), std::string("plain"), std::string("null"), std::string("~"), std::string("007"), std::string("a: b # c"), std::string("\"quoted\" \\ 'too'"),
-                                  std::string(" edges "), std::string("two\nlines\ttab\r"), std::string("\x01\x7f"), std::string("Orihuela, España 衛星 🛰"), std::string("{a, [b]}")}) {
+  for (const std::string& text : {std::string(""), std::string("plain"), std::string("null"), std::string("~"),
+                                  std::string("007"), std::string("a: b # c"), std::string("\"quoted\" \\ 'too'"),
+                                  std::string(" edges "), std::string("two\nlines\ttab\r"), std::string("\x01\x7f"),
+                                  std::string("Orihuela, España 衛星 🛰"), std::string("{a, [b]}")}) {
     EXPECT_EQ(parse("a: " + yaml_quoted(text) + "\n").text("a"), text);
-    EXPECT_EQ(parse("a: {b: [" + yaml_quoted(text) + "]}\n").map("a")->texts("b"), std::vector<std::string>{text}) << "in a list too";
+    EXPECT_EQ(parse("a: {b: [" + yaml_quoted(text) + "]}\n").map("a")->texts("b"), std::vector<std::string>{text})
+        << "in a list too";
     if (text.empty()) continue;
     EXPECT_TRUE(parse(yaml_quoted(text) + ": 1\n").has(text)) << "as a key too: " << text;
   }

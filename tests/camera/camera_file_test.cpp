@@ -13,7 +13,9 @@ constexpr const char* ros_file =
     "rectification_matrix:\n  rows: 3\n  cols: 3\n  data: [1, 0, 0, 0, 1, 0, 0, 0, 1]\n"
     "projection_matrix:\n  rows: 3\n  cols: 4\n  data: [500.25, 0, 319.5, 0, 0, 501.75, 239.5, 0, 0, 0, 1, 0]\n";
 
-std::string replaced(std::string text, const std::string& from, const std::string& to) { return text.replace(text.find(from), from.size(), to); }
+std::string replaced(std::string text, const std::string& from, const std::string& to) {
+  return text.replace(text.find(from), from.size(), to);
+}
 
 TEST(CameraFile, ThePrincipalPointGainsHalfAPixelComingInAndLosesItGoingOut) {
   const test::TemporaryFolder folder;
@@ -43,14 +45,23 @@ TEST(CameraFile, FaultsNameTheirLine) {
     return camera ? std::string("accepted") : camera.error().message;
   };
   const std::string unknown = message(replaced(ros_file, "camera_name", "camera_nmae"));
-  EXPECT_NE(unknown.find("c.yaml:3: unknown key 'camera_nmae'; did you mean 'camera_name'?"), std::string::npos) << unknown;
-  EXPECT_NE(message(replaced(ros_file, "  data: [500.25, 0,", "  data: [500.25,")).find("expected 9 finite numbers, found 8"), std::string::npos);
-  EXPECT_NE(message(replaced(ros_file, "data: [0, 0, 0, 0, 0]", "data: [-0.3, 0, 0, 0, 0]")).find("c.yaml:9: 'distortion_coefficients': lens distortion is not modelled"), std::string::npos);
-  EXPECT_NE(message(replaced(ros_file, "500.25, 0, 319.5", "-1, 0, 319.5")).find("positive focal lengths"), std::string::npos);
+  EXPECT_NE(unknown.find("c.yaml:3: unknown key 'camera_nmae'; did you mean 'camera_name'?"), std::string::npos)
+      << unknown;
+  EXPECT_NE(
+      message(replaced(ros_file, "  data: [500.25, 0,", "  data: [500.25,")).find("expected 9 finite numbers, found 8"),
+      std::string::npos);
+  EXPECT_NE(message(replaced(ros_file, "data: [0, 0, 0, 0, 0]", "data: [-0.3, 0, 0, 0, 0]"))
+                .find("c.yaml:9: 'distortion_coefficients': lens distortion is not modelled"),
+            std::string::npos);
+  EXPECT_NE(message(replaced(ros_file, "500.25, 0, 319.5", "-1, 0, 319.5")).find("positive focal lengths"),
+            std::string::npos);
   EXPECT_NE(message(replaced(ros_file, "500.25, 0, 319.5", ".nan, 0, 319.5")).find("finite"), std::string::npos);
-  EXPECT_NE(message(replaced(ros_file, "image_width: 640", "image_width: wide")).find("c.yaml:1: 'image_width'"), std::string::npos);
-  EXPECT_NE(message(replaced(ros_file, "image_width: 640\n", "")).find("expected the key 'image_width'"), std::string::npos);
-  const std::string two = message(replaced(replaced(ros_file, "camera_name", "camera_nmae"), "image_width: 640", "image_width: wide"));
+  EXPECT_NE(message(replaced(ros_file, "image_width: 640", "image_width: wide")).find("c.yaml:1: 'image_width'"),
+            std::string::npos);
+  EXPECT_NE(message(replaced(ros_file, "image_width: 640\n", "")).find("expected the key 'image_width'"),
+            std::string::npos);
+  const std::string two =
+      message(replaced(replaced(ros_file, "camera_name", "camera_nmae"), "image_width: 640", "image_width: wide"));
   EXPECT_NE(two.find("c.yaml:1:"), std::string::npos) << "all faults at once";
   EXPECT_NE(two.find("c.yaml:3:"), std::string::npos);
   EXPECT_NE(message("image_width: [unclosed").find("c.yaml:1"), std::string::npos);

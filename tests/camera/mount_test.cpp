@@ -16,7 +16,9 @@ TEST(Mount, AVehicleFlyingEastHasNorthAtTheImagesLeft) {
   const auto place = Geodetic::degrees(38.1, -0.76, 3000);
   const CameraPose pose = look_down(place, Degrees{90});
   const LocalFrame local(place);
-  const auto enu = [&](const Eigen::Vector3d& camera) { return (local.enu_from_ecef() * (pose * Direction<frame::Camera>{camera})).xyz; };
+  const auto enu = [&](const Eigen::Vector3d& camera) {
+    return (local.enu_from_ecef() * (pose * Direction<frame::Camera>{camera})).xyz;
+  };
   EXPECT_NEAR((enu({0, -1, 0}) - Eigen::Vector3d(1, 0, 0)).norm(), 0, 1e-14) << "top of the image: ahead, east";
   EXPECT_NEAR((enu({-1, 0, 0}) - Eigen::Vector3d(0, 1, 0)).norm(), 0, 1e-14) << "left of the image: north";
   EXPECT_NEAR((enu({0, 0, 1}) - Eigen::Vector3d(0, 0, -1)).norm(), 0, 1e-14) << "the optical axis: down";

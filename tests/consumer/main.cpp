@@ -15,7 +15,8 @@ int report(const Error& error) {
 int use(std::span<const std::uint8_t> pixels, const render::Truth& truth) {
   const double mean = std::accumulate(pixels.begin(), pixels.end(), 0.0) / static_cast<double>(pixels.size());
   const Eigen::Vector2d corner = truth.footprint.corners[0]->lon_lat_rad;
-  std::printf("mean %.3f valid %.3f top_left %.7f %.7f\n", mean, truth.valid_fraction, geodesy::to_degrees(corner.y()), geodesy::to_degrees(corner.x()));
+  std::printf("mean %.3f valid %.3f top_left %.7f %.7f\n", mean, truth.valid_fraction, geodesy::to_degrees(corner.y()),
+              geodesy::to_degrees(corner.x()));
   return 0;
 }
 

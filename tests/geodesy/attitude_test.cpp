@@ -10,10 +10,13 @@
 namespace nadir::geodesy {
 namespace {
 
-Eigen::Vector3d in_ned(const YawPitchRoll& angles, const Eigen::Vector3d& body) { return (ned_from_body(angles) * Direction<frame::Body>{body}).xyz; }
+Eigen::Vector3d in_ned(const YawPitchRoll& angles, const Eigen::Vector3d& body) {
+  return (ned_from_body(angles) * Direction<frame::Body>{body}).xyz;
+}
 
 TEST(Attitude, YawTurnsTheNoseClockwiseFromNorth) {
-  EXPECT_NEAR((in_ned(YawPitchRoll::degrees(90, 0, 0), {1, 0, 0}) - Eigen::Vector3d(0, 1, 0)).norm(), 0, 1e-15) << "90 degrees is east";
+  EXPECT_NEAR((in_ned(YawPitchRoll::degrees(90, 0, 0), {1, 0, 0}) - Eigen::Vector3d(0, 1, 0)).norm(), 0, 1e-15)
+      << "90 degrees is east";
   EXPECT_NEAR((in_ned(YawPitchRoll::degrees(180, 0, 0), {1, 0, 0}) - Eigen::Vector3d(-1, 0, 0)).norm(), 0, 1e-15);
 }
 
@@ -26,7 +29,8 @@ TEST(Attitude, PitchLiftsTheNoseAndRollLowersTheRightWing) {
 TEST(Attitude, IsYawThenPitchThenRollAboutTurnedAxes) {
   // Written out: Beard and McLain, Small Unmanned Aircraft, 2012, equation 2.5, transposed.
   const double y = 0.7, p = -0.4, r = 1.9;
-  const double cy = std::cos(y), sy = std::sin(y), cp = std::cos(p), sp = std::sin(p), cr = std::cos(r), sr = std::sin(r);
+  const double cy = std::cos(y), sy = std::sin(y), cp = std::cos(p), sp = std::sin(p), cr = std::cos(r),
+               sr = std::sin(r);
   Eigen::Matrix3d expected;
   expected << cp * cy, sr * sp * cy - cr * sy, cr * sp * cy + sr * sy,  //
       cp * sy, sr * sp * sy + cr * cy, cr * sp * sy - sr * cy,          //

@@ -15,9 +15,11 @@ constexpr double a_m = 6378137.0, b_m = 6356752.314245179;
 
 TEST(Ecef, AxesAreWhereWgs84PutsThem) {
   EXPECT_NEAR((ecef_from_geodetic(Geodetic::degrees(0, 0, 0)).xyz - Eigen::Vector3d(a_m, 0, 0)).norm(), 0, 1e-8);
-  EXPECT_NEAR((ecef_from_geodetic(Geodetic::degrees(0, 90, 100)).xyz - Eigen::Vector3d(0, a_m + 100, 0)).norm(), 0, 1e-8);
+  EXPECT_NEAR((ecef_from_geodetic(Geodetic::degrees(0, 90, 100)).xyz - Eigen::Vector3d(0, a_m + 100, 0)).norm(), 0,
+              1e-8);
   EXPECT_NEAR((ecef_from_geodetic(Geodetic::degrees(90, 0, 7)).xyz - Eigen::Vector3d(0, 0, b_m + 7)).norm(), 0, 1e-8);
-  EXPECT_NEAR((ecef_from_geodetic(Geodetic::degrees(0, -90, 0)).xyz - Eigen::Vector3d(0, -a_m, 0)).norm(), 0, 1e-8) << "west is negative";
+  EXPECT_NEAR((ecef_from_geodetic(Geodetic::degrees(0, -90, 0)).xyz - Eigen::Vector3d(0, -a_m, 0)).norm(), 0, 1e-8)
+      << "west is negative";
 }
 
 TEST(Ecef, ComesBackFromEverywhere) {
@@ -63,7 +65,8 @@ TEST(Ned, SwapsAxesAndIsItsOwnInverse) {
 
 TEST(Pose, InverseAndProductAgree) {
   const Pose<frame::Enu, frame::Body> enu_from_body{Eigen::Quaterniond(0.5, 0.5, -0.5, 0.5), {10, -20, 30}};
-  const Pose<frame::Body, frame::Camera> body_from_camera{Eigen::Quaterniond(Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitY())), {1, 2, 3}};
+  const Pose<frame::Body, frame::Camera> body_from_camera{
+      Eigen::Quaterniond(Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitY())), {1, 2, 3}};
   const Point<frame::Camera> p{{4, 5, 6}};
   const Point<frame::Enu> one = (enu_from_body * body_from_camera) * p, two = enu_from_body * (body_from_camera * p);
   EXPECT_NEAR((one.xyz - two.xyz).norm(), 0, 1e-13);

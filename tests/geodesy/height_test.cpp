@@ -18,8 +18,8 @@ TEST(ParseHeight, TakesADatumAndRefusesOthers) {
 }
 
 TEST(Geoid, HasTheHeightThatNgaPublishes) {
-  // Test values of the EGM96 program F477 (NGA): 38.6281550 N, 269.7791550 E: -31.628 m; -14.6212170, 305.0211140: -2.969 m.
-  // The 15' grid is within a decimetre or so of the full model in such smooth places.
+  // Test values of the EGM96 program F477 (NGA): 38.6281550 N, 269.7791550 E: -31.628 m; -14.6212170, 305.0211140:
+  // -2.969 m. The 15' grid is within a decimetre or so of the full model in such smooth places.
   EXPECT_NEAR(geoid_height_m(to_radians(38.6281550), to_radians(269.7791550 - 360)).value(), -31.628, 0.2);
   EXPECT_NEAR(geoid_height_m(to_radians(-14.6212170), to_radians(305.0211140 - 360)).value(), -2.969, 0.2);
 }
@@ -28,7 +28,8 @@ TEST(EllipsoidalHeight, AddsTheGeoidOrTheGround) {
   const double lat = to_radians(38.6281550), lon = to_radians(-90.220845);
   EXPECT_EQ(ellipsoidal_height_m({100, HeightDatum::Ellipsoid}, lat, lon, 50).value(), 100);
   EXPECT_EQ(ellipsoidal_height_m({100, HeightDatum::Agl}, lat, lon, 50).value(), 150);
-  EXPECT_NEAR(ellipsoidal_height_m({100, HeightDatum::Msl}, lat, lon, 50).value(), 68.4, 0.2) << "the geoid lies below the ellipsoid there";
+  EXPECT_NEAR(ellipsoidal_height_m({100, HeightDatum::Msl}, lat, lon, 50).value(), 68.4, 0.2)
+      << "the geoid lies below the ellipsoid there";
 }
 
 }  // namespace

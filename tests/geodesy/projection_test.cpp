@@ -19,7 +19,8 @@ Eigen::Vector2d project(const Projection& projection, double lon_deg, double lat
 TEST(Projection, LongitudeAndLatitudeNeedNoLibrary) {
   const auto projection = Projection::from_definition("EPSG:4326").value();
   EXPECT_FALSE(projection.uses_library());
-  EXPECT_NEAR((project(projection, -0.76, 38.1) - Eigen::Vector2d(-0.76, 38.1)).norm(), 0, 1e-14) << "x is longitude, whatever order the CRS prescribes";
+  EXPECT_NEAR((project(projection, -0.76, 38.1) - Eigen::Vector2d(-0.76, 38.1)).norm(), 0, 1e-14)
+      << "x is longitude, whatever order the CRS prescribes";
   EXPECT_EQ(projection.library_points(), 0);
 }
 
@@ -75,7 +76,8 @@ TEST(Projection, SaysWhereItIsNotDefined) {
 TEST(Projection, RefusesWhatHasNoWayToWgs84) {
   EXPECT_FALSE(Projection::from_definition("EPSG:999999"));
   EXPECT_FALSE(Projection::from_definition("no such thing"));
-  EXPECT_EQ(Projection::from_definition("LOCAL_CS[\"site grid\",UNIT[\"metre\",1]]").error().kind, Error::Kind::Unsupported);
+  EXPECT_EQ(Projection::from_definition("LOCAL_CS[\"site grid\",UNIT[\"metre\",1]]").error().kind,
+            Error::Kind::Unsupported);
   EXPECT_FALSE(Projection::from_definition("/etc/passwd")) << "a definition names no file";
 }
 

@@ -13,7 +13,8 @@ Footprint footprint_of(double height_m, const YawPitchRoll& attitude) {
   const Geodetic origin = Geodetic::degrees(38.1, -0.76, 0);
   Geodetic place = origin;
   place.height_m = height_m;
-  const ExactChain chain(Camera::pinhole(640, 480, 500, 500, 320, 240).value(), camera_pose(place, attitude), Plane(origin, 0));
+  const ExactChain chain(Camera::pinhole(640, 480, 500, 500, 320, 240).value(), camera_pose(place, attitude),
+                         Plane(origin, 0));
   return footprint(chain, geodesy::Projection::from_definition("EPSG:4326").value());
 }
 
@@ -29,7 +30,8 @@ TEST(Footprint, ALevelViewCoversWhatSimilarTrianglesSay) {
 }
 
 TEST(Footprint, ACornerInTheSkyHasNoPointAndTheOutlineEndsAtTheHorizon) {
-  const Footprint f = footprint_of(1000, YawPitchRoll::degrees(0, 75, 0));  // the top of the image sees 100 degrees from down
+  const Footprint f =
+      footprint_of(1000, YawPitchRoll::degrees(0, 75, 0));  // the top of the image sees 100 degrees from down
   EXPECT_FALSE(f.corners[0]);
   EXPECT_FALSE(f.corners[1]);
   EXPECT_TRUE(f.corners[2]);

@@ -20,7 +20,8 @@ ExactChain chain_of(const View& view, int width = 640, int height = 480, double 
   Geodetic place = origin;
   place.height_m = view.height_m;
   return ExactChain(Camera::pinhole(width, height, focal_px, focal_px, width * 0.5, height * 0.5).value(),
-                    camera_pose(place, YawPitchRoll::degrees(view.yaw_deg, view.pitch_deg, view.roll_deg)), Plane(origin, 0));
+                    camera_pose(place, YawPitchRoll::degrees(view.yaw_deg, view.pitch_deg, view.roll_deg)),
+                    Plane(origin, 0));
 }
 
 /// Greatest backward error at every pixel centre, and how many pixels each kind of patch has.
@@ -32,7 +33,8 @@ struct Outcome {
 Outcome check_every_pixel(const ExactChain& chain, const Projection& projection, const PatchMapping& mapping) {
   Outcome outcome;
   for (const Patch& patch : mapping.patches) {
-    outcome.pixels[static_cast<std::size_t>(patch.kind)] += static_cast<std::int64_t>(patch.rect.width) * patch.rect.height;
+    outcome.pixels[static_cast<std::size_t>(patch.kind)] +=
+        static_cast<std::int64_t>(patch.rect.width) * patch.rect.height;
     if (patch.kind != Patch::Kind::Homography) continue;
     std::vector<Eigen::Vector2d> image;
     for (int y = 0; y < patch.rect.height; ++y)
@@ -49,9 +51,9 @@ Outcome check_every_pixel(const ExactChain& chain, const Projection& projection,
 }
 
 TEST(Patches, KeepTheToleranceAtEveryPixel) {
-  const View views[] = {{"EPSG:4326", 38.1, -0.76, 3000, 20, 0, 0},    {"EPSG:4326", 70, 30, 20000, 200, 60, 10},
-                        {"EPSG:3857", 60, 10, 8000, 77, 45, -20},      {"EPSG:32614", 47, -99, 12000, 300, 65, 0},
-                        {"EPSG:32614", 47, -95, 50000, 10, 20, 30},    {"EPSG:3031", -80, 100, 30000, 0, 50, 0},
+  const View views[] = {{"EPSG:4326", 38.1, -0.76, 3000, 20, 0, 0}, {"EPSG:4326", 70, 30, 20000, 200, 60, 10},
+                        {"EPSG:3857", 60, 10, 8000, 77, 45, -20},   {"EPSG:32614", 47, -99, 12000, 300, 65, 0},
+                        {"EPSG:32614", 47, -95, 50000, 10, 20, 30}, {"EPSG:3031", -80, 100, 30000, 0, 50, 0},
                         {"EPSG:26914", 47, -99, 100, 45, 85, 5}};
   double worst_of_all = 0;
   for (const double tolerance : {1.0, 0.05, 1e-3})
@@ -91,14 +93,16 @@ TEST(Patches, TheHorizonSplitsGroundFromSkyAtTheRightPixel) {
       ASSERT_EQ(patch.kind, Patch::Kind::PerPixel);
       for (int y = 0; y < patch.rect.height; ++y)
         for (int x = 0; x < patch.rect.width; ++x)
-          EXPECT_TRUE(patch.rect.y + y >= 240 || !patch.crs[static_cast<std::size_t>(y * patch.rect.width + x)].allFinite());
+          EXPECT_TRUE(patch.rect.y + y >= 240 ||
+                      !patch.crs[static_cast<std::size_t>(y * patch.rect.width + x)].allFinite());
     }
   }
 }
 
 TEST(Patches, ACameraBelowThePlaneOrLookingUpSeesNoGround) {
   const auto projection = Projection::from_definition("EPSG:4326").value();
-  for (const View& view : {View{"", 10, 20, -5, 0, 0, 0}, View{"", 10, 20, 0, 0, 0, 0}, View{"", 10, 20, 500, 0, 180, 0}}) {
+  for (const View& view :
+       {View{"", 10, 20, -5, 0, 0, 0}, View{"", 10, 20, 0, 0, 0, 0}, View{"", 10, 20, 500, 0, 180, 0}}) {
     const PatchMapping mapping = map_patches(chain_of(view), projection, 0.05, {});
     ASSERT_EQ(mapping.patches.size(), 1u);
     EXPECT_EQ(mapping.patches[0].kind, Patch::Kind::NoGround);
@@ -114,7 +118,8 @@ TEST(Patches, WhatSeesNoMapIsNotMapped) {
   EXPECT_EQ(map_patches(chain, projection, 0.05, {far}).patches.at(0).kind, Patch::Kind::OffMap);
   EXPECT_EQ(map_patches(chain, projection, 0.05, {far}).exact_points, 0);
   EXPECT_EQ(map_patches(chain, projection, 0.05, {far, near}).patches.at(0).kind, Patch::Kind::Homography);
-  EXPECT_EQ(map_patches(chain, projection, 0.05, {far, {{}, false}}).patches.at(0).kind, Patch::Kind::Homography) << "an extent without bound is never left out";
+  EXPECT_EQ(map_patches(chain, projection, 0.05, {far, {{}, false}}).patches.at(0).kind, Patch::Kind::Homography)
+      << "an extent without bound is never left out";
 }
 
 TEST(Patches, AcrossTheAntimeridianAPatchNeverSpansTheWorld) {
@@ -139,7 +144,9 @@ TEST(PlaneExtent, HoldsTheMap) {
   // 0.1 degrees: 7.6 km east, 11.1 km north at this latitude
   EXPECT_NEAR(extent.box.max().x(), 7600, 250);
   EXPECT_NEAR(extent.box.min().y(), -11120, 350);
-  EXPECT_FALSE(plane_extent(plane, projection, Eigen::Translation2d(-180, 90) * Eigen::Affine2d(Eigen::Scaling(1.0, -1.0)), 360, 180).bounded)
+  EXPECT_FALSE(plane_extent(plane, projection,
+                            Eigen::Translation2d(-180, 90) * Eigen::Affine2d(Eigen::Scaling(1.0, -1.0)), 360, 180)
+                   .bounded)
       << "no plane reaches around the world";
 }
 

@@ -41,7 +41,8 @@ class Build : public testing::Test {
   fs::path path(const std::string& name) const { return folder_.path() / name; }
 
   /// Writes a raster, first to memory since PNG is only written as a copy; `finish` may set what else it should have.
-  std::string raster(const std::string& name, const Shape& s, const Value& value, const std::function<void(GDALDataset&)>& finish = {}) const {
+  std::string raster(const std::string& name, const Shape& s, const Value& value,
+                     const std::function<void(GDALDataset&)>& finish = {}) const {
     std::unique_ptr<GDALDataset> memory{driver("MEM").Create("", s.width, s.height, s.bands, s.type, nullptr)};
     std::array<double, 6> g = {s.left, s.texel, 0, s.top, 0, -s.texel};
     if (s.epsg != 0) {
@@ -54,7 +55,9 @@ class Build : public testing::Test {
     for (int b = 1; b <= s.bands; ++b) {
       for (int y = 0; y < s.height; ++y) {
         for (int x = 0; x < s.width; ++x) row[static_cast<std::size_t>(x)] = value(x, y, b);
-        EXPECT_EQ(memory->GetRasterBand(b)->RasterIO(GF_Write, 0, y, s.width, 1, row.data(), s.width, 1, GDT_Float64, 0, 0, nullptr), CE_None);
+        EXPECT_EQ(memory->GetRasterBand(b)->RasterIO(GF_Write, 0, y, s.width, 1, row.data(), s.width, 1, GDT_Float64, 0,
+                                                     0, nullptr),
+                  CE_None);
       }
       if (s.bands >= 3 && s.type == GDT_Byte) {
         static constexpr std::array colors = {GCI_RedBand, GCI_GreenBand, GCI_BlueBand, GCI_AlphaBand};
@@ -64,7 +67,8 @@ class Build : public testing::Test {
     if (finish) finish(*memory);
     const fs::path file = path(name);
     fs::create_directories(file.parent_path());
-    std::unique_ptr<GDALDataset> written{driver(s.driver).CreateCopy(file.c_str(), memory.get(), FALSE, nullptr, nullptr, nullptr)};
+    std::unique_ptr<GDALDataset> written{
+        driver(s.driver).CreateCopy(file.c_str(), memory.get(), FALSE, nullptr, nullptr, nullptr)};
     EXPECT_TRUE(written);
     return file.string();
   }
@@ -99,7 +103,8 @@ std::unique_ptr<GDALDataset> open(const fs::path& path) {
 
 std::vector<double> read_band(GDALRasterBand& band) {
   std::vector<double> samples(static_cast<std::size_t>(band.GetXSize()) * static_cast<std::size_t>(band.GetYSize()));
-  EXPECT_EQ(band.RasterIO(GF_Read, 0, 0, band.GetXSize(), band.GetYSize(), samples.data(), band.GetXSize(), band.GetYSize(), GDT_Float64, 0, 0, nullptr),
+  EXPECT_EQ(band.RasterIO(GF_Read, 0, 0, band.GetXSize(), band.GetYSize(), samples.data(), band.GetXSize(),
+                          band.GetYSize(), GDT_Float64, 0, 0, nullptr),
             CE_None);
   return samples;
 }
@@ -186,7 +191,8 @@ TEST_F(Build, NanAndNodataHaveNoPartInAMeanOfPower) {
 
 TEST_F(Build, WhereNothingIsValidACoarserLevelHasNodata) {
   const auto hole = [](int x, int, int) { return x < 128 ? -9999.0 : 5.0; };
-  const auto source = raster("dsm.tif", {.type = GDT_Float32}, hole, [](GDALDataset& d) { d.GetRasterBand(1)->SetNoDataValue(-9999); });
+  const auto source =
+      raster("dsm.tif", {.type = GDT_Float32}, hole, [](GDALDataset& d) { d.GetRasterBand(1)->SetNoDataValue(-9999); });
   auto o = options({source});
   o.role = tile::Role::Elevation;
   ASSERT_TRUE(build(o));
@@ -203,7 +209,8 @@ TEST_F(Build, NanDoesNotSpreadInElevation) {
 }
 
 TEST_F(Build, OpticalMeansLeaveOutNodata) {
-  const auto source = raster("eo.tif", {}, blocks({100, 0, 0, 110}), [](GDALDataset& d) { d.GetRasterBand(1)->SetNoDataValue(0); });
+  const auto source =
+      raster("eo.tif", {}, blocks({100, 0, 0, 110}), [](GDALDataset& d) { d.GetRasterBand(1)->SetNoDataValue(0); });
   auto o = options({source});
   ASSERT_TRUE(build(o));
   expect_all(read_level(o.output, 1, 1), 105, 0);
@@ -219,14 +226,16 @@ TEST_F(Build, OpticalMeansLeaveOutWhatIsTransparent) {
 }
 
 TEST_F(Build, LabelsAreNeverBlended) {
-  const auto source = raster("classes.tif", {.width = 301, .height = 233}, [](int x, int y, int) { return (x / 7 + y / 5) % 2 == 0 ? 10 : 200; });
+  const auto source = raster("classes.tif", {.width = 301, .height = 233},
+                             [](int x, int y, int) { return (x / 7 + y / 5) % 2 == 0 ? 10 : 200; });
   auto o = options({source});
   o.role = tile::Role::Labels;
   const auto report = build(o);
   ASSERT_TRUE(report) << report.error().message;
   EXPECT_EQ(report->reduction, "mode");
   for (std::size_t level = 1; level < report->levels.size(); ++level)
-    for (const double label : read_level(o.output, static_cast<int>(level), 1)) ASSERT_TRUE(label == 10 || label == 200) << label;
+    for (const double label : read_level(o.output, static_cast<int>(level), 1))
+      ASSERT_TRUE(label == 10 || label == 200) << label;
 }
 
 TEST_F(Build, TheCommonerLabelWins) {
@@ -240,9 +249,11 @@ TEST_F(Build, AnOddSizeDoesNotMoveTheGround) {
   // Seen as a continuous slope, sample i of n should hold the value in its middle, at (i + 0.5) / n of the way.
   // A mean over r finer samples, 1 < r <= 2, takes fractions t of those at its two ends, whose centres lie (1 - t) / 2
   // off those of the fractions: t (1 - t) / (2 r) <= 1 / (8 r) finer samples, one end to the left and one to the right.
-  // Each level adds its own. Plain 2 x 2 blocks would be off by 3 at the far edge of level 1 and by 9 at that of level 3.
+  // Each level adds its own. Plain 2 x 2 blocks would be off by 3 at the far edge of level 1 and by 9 at that of
+  // level 3.
   constexpr int width = 277, height = 131;
-  const auto source = raster("slope.tif", {.width = width, .height = height, .type = GDT_Float64}, [](int x, int y, int) { return 3 * (x + 0.5) + 5 * (y + 0.5); });
+  const auto source = raster("slope.tif", {.width = width, .height = height, .type = GDT_Float64},
+                             [](int x, int y, int) { return 3 * (x + 0.5) + 5 * (y + 0.5); });
   auto o = options({source});
   o.role = tile::Role::Elevation;
   const auto report = build(o);
@@ -251,20 +262,25 @@ TEST_F(Build, AnOddSizeDoesNotMoveTheGround) {
   double bound = 0;
   for (std::size_t k = 1; k < report->levels.size(); ++k) {
     const auto size = report->levels[k], finer = report->levels[k - 1];
-    const auto off = [](double full, double fine, double coarse) { return full / fine / (8 * fine / coarse); };  // in level-0 samples
+    const auto off = [](double full, double fine, double coarse) {
+      return full / fine / (8 * fine / coarse);
+    };  // in level-0 samples
     bound += 3 * off(width, finer.width, size.width) + 5 * off(height, finer.height, size.height);
     const auto level = read_level(o.output, static_cast<int>(k), 1);
     double worst = 0;
     for (int y = 0; y < size.height; ++y)
       for (int x = 0; x < size.width; ++x)
-        worst = std::max(worst, std::abs(level[static_cast<std::size_t>(y * size.width + x)] - 3.0 * width * (x + 0.5) / size.width - 5.0 * height * (y + 0.5) / size.height));
+        worst =
+            std::max(worst, std::abs(level[static_cast<std::size_t>(y * size.width + x)] -
+                                     3.0 * width * (x + 0.5) / size.width - 5.0 * height * (y + 0.5) / size.height));
     EXPECT_LE(worst, bound) << "level " << k;
     EXPECT_GT(worst, 0) << "these sizes no longer have fractions";
   }
 }
 
 TEST_F(Build, LevelsGoOnUntilTheyAreSmall) {
-  const auto report = build(options({raster("long.tif", {.width = 3000, .height = 70}, [](int x, int, int) { return x % 251; })}));
+  const auto report =
+      build(options({raster("long.tif", {.width = 3000, .height = 70}, [](int x, int, int) { return x % 251; })}));
   ASSERT_TRUE(report) << report.error().message;
   EXPECT_LE(report->levels.back().width, 64);
   EXPECT_GE(report->levels.back().height, 1);
@@ -277,7 +293,8 @@ TEST_F(Build, LosslessCodecsKeepEverySample) {
   for (int& n : noise) n = static_cast<int>(random() % 256);
   const auto value = [&](int x, int y, int b) { return noise[static_cast<std::size_t>((y * 256 + x) * 3 + b - 1)]; };
   const auto source = raster("eo.tif", {.bands = 3}, value);
-  for (const auto codec : {Compression::None, Compression::Deflate, Compression::Zstd, Compression::Lzw, Compression::Lerc, Compression::Webp}) {
+  for (const auto codec : {Compression::None, Compression::Deflate, Compression::Zstd, Compression::Lzw,
+                           Compression::Lerc, Compression::Webp}) {
     auto o = options({source}, fmt::format("{}.tif", to_string(codec)));
     o.compression = codec;
     if (codec == Compression::Webp) o.quality = 100;
@@ -289,7 +306,9 @@ TEST_F(Build, LosslessCodecsKeepEverySample) {
 
 TEST_F(Build, JpegTurnsAlphaIntoAMask) {
   // A mask knows 0 and 255 only: what is less than half opaque is off.
-  const auto source = raster("eo.tif", {.bands = 4}, [](int x, int, int band) { return band < 4 ? 90 : x < 64 ? 0 : x < 128 ? 127 : x < 192 ? 128 : 255; });
+  const auto source = raster("eo.tif", {.bands = 4}, [](int x, int, int band) {
+    return band < 4 ? 90 : x < 64 ? 0 : x < 128 ? 127 : x < 192 ? 128 : 255;
+  });
   auto o = options({source});
   o.compression = Compression::Jpeg;
   const auto report = build(o);
@@ -303,17 +322,23 @@ TEST_F(Build, JpegTurnsAlphaIntoAMask) {
 }
 
 TEST_F(Build, AMaskBandAndItsLevelsAreKept) {
-  const auto source = raster("masked.tif", {.type = GDT_Float32}, [](int x, int, int) { return x < 128 ? 1e30 : 4; }, [](GDALDataset& d) {
-    ASSERT_EQ(d.CreateMaskBand(GMF_PER_DATASET), CE_None);
-    std::vector<std::uint8_t> mask(256 * 256);
-    for (std::size_t i = 0; i < mask.size(); ++i) mask[i] = i % 256 < 129 ? 0 : 255;
-    ASSERT_EQ(d.GetRasterBand(1)->GetMaskBand()->RasterIO(GF_Write, 0, 0, 256, 256, mask.data(), 256, 256, GDT_Byte, 0, 0, nullptr), CE_None);
-  });
+  const auto source = raster(
+      "masked.tif", {.type = GDT_Float32}, [](int x, int, int) { return x < 128 ? 1e30 : 4; },
+      [](GDALDataset& d) {
+        ASSERT_EQ(d.CreateMaskBand(GMF_PER_DATASET), CE_None);
+        std::vector<std::uint8_t> mask(256 * 256);
+        for (std::size_t i = 0; i < mask.size(); ++i) mask[i] = i % 256 < 129 ? 0 : 255;
+        ASSERT_EQ(d.GetRasterBand(1)->GetMaskBand()->RasterIO(GF_Write, 0, 0, 256, 256, mask.data(), 256, 256, GDT_Byte,
+                                                              0, 0, nullptr),
+                  CE_None);
+      });
   ASSERT_TRUE(build(options({source})));
   const auto mask = read_mask(path("map.tif"), 1), samples = read_level(path("map.tif"), 1, 1);
   for (std::size_t i = 0; i < mask.size(); ++i) {
     ASSERT_EQ(mask[i], i % 128 < 64 ? 0 : 255);
-    if (mask[i] > 0) { ASSERT_EQ(samples[i], 4); }
+    if (mask[i] > 0) {
+      ASSERT_EQ(samples[i], 4);
+    }
   }
 }
 
@@ -325,14 +350,16 @@ TEST_F(Build, TilesOfAFolderLieWhereTheirNumbersSay) {
   palette.bands = 1;
   raster("tiles/3/4/2.png", tile, [](int x, int, int b) { return b == 1 ? x : 10 * b; });
   raster("tiles/3/5/2.png", with_alpha, [](int x, int y, int b) { return b == 4 ? x : y; });
-  raster("tiles/3/4/3.png", palette, [](int, int, int) { return 1; }, [](GDALDataset& d) {
-    GDALColorTable colors;
-    const GDALColorEntry first{1, 1, 1, 255}, second{50, 60, 70, 255};
-    colors.SetColorEntry(0, &first);
-    colors.SetColorEntry(1, &second);
-    d.GetRasterBand(1)->SetColorInterpretation(GCI_PaletteIndex);
-    d.GetRasterBand(1)->SetColorTable(&colors);
-  });
+  raster(
+      "tiles/3/4/3.png", palette, [](int, int, int) { return 1; },
+      [](GDALDataset& d) {
+        GDALColorTable colors;
+        const GDALColorEntry first{1, 1, 1, 255}, second{50, 60, 70, 255};
+        colors.SetColorEntry(0, &first);
+        colors.SetColorEntry(1, &second);
+        d.GetRasterBand(1)->SetColorInterpretation(GCI_PaletteIndex);
+        d.GetRasterBand(1)->SetColorTable(&colors);
+      });
   raster("tiles/2/2/1.png", tile, [](int, int, int) { return 0; });  // a coarser zoom, not taken
 
   const auto report = build(options({path("tiles").string()}));
@@ -340,7 +367,8 @@ TEST_F(Build, TilesOfAFolderLieWhereTheirNumbersSay) {
   auto map = open(path("map.tif"));
   ASSERT_EQ(map->GetRasterXSize(), 512);
   ASSERT_EQ(map->GetRasterYSize(), 512);
-  const auto red = read_band(*map->GetRasterBand(1)), green = read_band(*map->GetRasterBand(2)), alpha = read_band(*map->GetRasterBand(4));
+  const auto red = read_band(*map->GetRasterBand(1)), green = read_band(*map->GetRasterBand(2)),
+             alpha = read_band(*map->GetRasterBand(4));
   for (std::size_t y = 0; y < 512; ++y) {
     for (std::size_t x = 0; x < 512; ++x) {
       const std::size_t i = y * 512 + x;
@@ -370,7 +398,8 @@ TEST_F(Build, TilesOfAFolderLieWhereTheirNumbersSay) {
 TEST_F(Build, LaterSourcesLieOnTopAndTransparencyShowsThrough) {
   const auto lower = raster("lower.tif", {.bands = 4}, [](int, int, int b) { return b == 4 ? 255 : 10; });
   // 100 texels east and 50 south; its upper half is transparent.
-  const auto upper = raster("upper.tif", {.bands = 4, .left = 501000, .top = 4199500}, [](int, int y, int b) { return b == 4 ? (y < 128 ? 0 : 255) : 20; });
+  const auto upper = raster("upper.tif", {.bands = 4, .left = 501000, .top = 4199500},
+                            [](int, int y, int b) { return b == 4 ? (y < 128 ? 0 : 255) : 20; });
   ASSERT_TRUE(build(options({lower, upper})));
   auto map = open(path("map.tif"));
   ASSERT_EQ(map->GetRasterXSize(), 356);
@@ -381,15 +410,19 @@ TEST_F(Build, LaterSourcesLieOnTopAndTransparencyShowsThrough) {
       const bool above = x >= 100 && y >= 50 + 128, below = x < 256 && y < 256;
       const auto i = static_cast<std::size_t>(y * 356 + x);
       ASSERT_EQ(alpha[i], above || below ? 255 : 0) << x << ", " << y;
-      if (alpha[i] > 0) { ASSERT_EQ(red[i], above ? 20 : 10) << x << ", " << y; }
+      if (alpha[i] > 0) {
+        ASSERT_EQ(red[i], above ? 20 : 10) << x << ", " << y;
+      }
     }
   }
 }
 
 TEST_F(Build, NodataOfALaterSourceShowsWhatLiesBelow) {
   const auto set_nodata = [](GDALDataset& d) { d.GetRasterBand(1)->SetNoDataValue(0); };
-  const auto lower = raster("lower.tif", {}, [](int, int, int) { return 10; }, set_nodata);
-  const auto upper = raster("upper.tif", {}, [](int x, int, int) { return x < 128 ? 0 : 20; }, set_nodata);
+  const auto lower = raster(
+      "lower.tif", {}, [](int, int, int) { return 10; }, set_nodata);
+  const auto upper = raster(
+      "upper.tif", {}, [](int x, int, int) { return x < 128 ? 0 : 20; }, set_nodata);
   ASSERT_TRUE(build(options({lower, upper})));
   const auto samples = read_level(path("map.tif"), 0, 1);
   for (std::size_t i = 0; i < samples.size(); ++i) ASSERT_EQ(samples[i], i % 256 < 128 ? 10 : 20);
@@ -419,17 +452,19 @@ TEST_F(Build, SourcesThatDisagreeAreNamed) {
 }
 
 TEST_F(Build, WhatDescribesTheBandsIsKept) {
-  const auto source = raster("s2.tif", {.bands = 2, .type = GDT_Int16}, [](int x, int, int) { return x; }, [](GDALDataset& d) {
-    d.SetMetadataItem("MISSION", "test");
-    for (int b = 1; b <= 2; ++b) {
-      GDALRasterBand& band = *d.GetRasterBand(b);
-      band.SetDescription(b == 1 ? "B4" : "B8");
-      band.SetNoDataValue(-1);
-      band.SetScale(0.0001);
-      band.SetOffset(-0.1);
-      band.SetUnitType("reflectance");
-    }
-  });
+  const auto source = raster(
+      "s2.tif", {.bands = 2, .type = GDT_Int16}, [](int x, int, int) { return x; },
+      [](GDALDataset& d) {
+        d.SetMetadataItem("MISSION", "test");
+        for (int b = 1; b <= 2; ++b) {
+          GDALRasterBand& band = *d.GetRasterBand(b);
+          band.SetDescription(b == 1 ? "B4" : "B8");
+          band.SetNoDataValue(-1);
+          band.SetScale(0.0001);
+          band.SetOffset(-0.1);
+          band.SetUnitType("reflectance");
+        }
+      });
   auto o = options({source});
   o.role = tile::Role::Optical;
   o.acquired = "2019-09-18";
@@ -464,7 +499,9 @@ TEST_F(Build, WhatDescribesTheBandsIsKept) {
 }
 
 TEST_F(Build, BandsAreChosenByNameAndAlphaStays) {
-  const auto source = raster("eo.tif", {.bands = 4}, [](int, int, int b) { return 10 * b; }, [](GDALDataset& d) { d.GetRasterBand(3)->SetDescription("blue"); });
+  const auto source = raster(
+      "eo.tif", {.bands = 4}, [](int, int, int b) { return 10 * b; },
+      [](GDALDataset& d) { d.GetRasterBand(3)->SetDescription("blue"); });
   auto o = options({source});
   o.bands = {"blue", "1"};
   ASSERT_TRUE(build(o));
@@ -507,7 +544,8 @@ TEST_F(Build, AMapCanBeBuiltOntoItsOwnSource) {
 
 TEST_F(Build, LevelsOfAWebpMapWithoutLossAreWithoutLossToo) {
   std::mt19937 random(1);
-  const auto source = raster("noise.tif", {.bands = 3, .type = GDT_Byte}, [&](int, int, int) { return static_cast<double>(random() % 256); });
+  const auto source = raster("noise.tif", {.bands = 3, .type = GDT_Byte},
+                             [&](int, int, int) { return static_cast<double>(random() % 256); });
   auto webp = options({source}, "webp.tif"), none = options({source}, "none.tif");
   webp.compression = Compression::Webp;
   webp.quality = 100;
@@ -515,13 +553,15 @@ TEST_F(Build, LevelsOfAWebpMapWithoutLossAreWithoutLossToo) {
   ASSERT_TRUE(build(webp));
   ASSERT_TRUE(build(none));
   for (const int level : {0, 1, 2})
-    for (const int band : {1, 2, 3}) EXPECT_EQ(read_level(webp.output, level, band), read_level(none.output, level, band)) << level << " " << band;
+    for (const int band : {1, 2, 3})
+      EXPECT_EQ(read_level(webp.output, level, band), read_level(none.output, level, band)) << level << " " << band;
 }
 
 TEST_F(Build, AFullDiskIsReportedAndLeavesNothing) {
   std::mt19937 random(1);
   for (const GDALDataType type : {GDT_Byte, GDT_Float32}) {  // levels reduced by GDAL, and by us
-    const auto source = raster(fmt::format("noise{}.tif", static_cast<int>(type)), {.type = type}, [&](int, int, int) { return static_cast<double>(random() % 256); });
+    const auto source = raster(fmt::format("noise{}.tif", static_cast<int>(type)), {.type = type},
+                               [&](int, int, int) { return static_cast<double>(random() % 256); });
     testing::internal::CaptureStderr();
     const std::string message = [&] {
       const test::SmallDisk disk(20'000);
@@ -535,7 +575,8 @@ TEST_F(Build, AFullDiskIsReportedAndLeavesNothing) {
 }
 
 TEST_F(Build, ASourceCutShortIsAnErrorAtAnyLength) {
-  const auto source = raster("eo.tif", {.bands = 3, .type = GDT_UInt16}, [](int x, int y, int b) { return (x * 7 + y * 13 + b) % 60000; });
+  const auto source = raster("eo.tif", {.bands = 3, .type = GDT_UInt16},
+                             [](int x, int y, int b) { return (x * 7 + y * 13 + b) % 60000; });
   const auto whole = fs::file_size(source);
   for (int eighths = 0; eighths < 8; ++eighths) {
     const auto cut = path("cut.tif");
@@ -558,7 +599,8 @@ TEST_F(Build, ErrorsNameTheFileAndWhatToDo) {
     EXPECT_NE(message.find(what), std::string::npos) << message;
   };
   expect(options({path("missing.tif").string()}), "missing.tif: no such file");
-  expect(options({no_crs}), "no_crs.tif: expected a georeferenced raster, found no geotransform: assign one with gdal_edit.py");
+  expect(options({no_crs}),
+         "no_crs.tif: expected a georeferenced raster, found no geotransform: assign one with gdal_edit.py");
   expect(options({complex}), "slc.tif: band 1 has type CFloat32");
   expect(options({folder_.path().string()}), "expected a folder of map tiles");
   expect(options({}), "no source");
@@ -582,9 +624,12 @@ TEST_F(Build, ErrorsNameTheFileAndWhatToDo) {
 
 TEST_F(Build, GdalsOwnCheckFindsAValidCog) {
   const std::string check = "/usr/bin/python3 -m osgeo_utils.samples.validate_cloud_optimized_geotiff ";
-  if (std::system("/usr/bin/python3 -c 'import osgeo_utils' 2>/dev/null") != 0) GTEST_SKIP() << "needs GDAL's Python scripts";
-  const auto eo = raster("eo.tif", {.width = 700, .height = 411, .bands = 4}, [](int x, int y, int b) { return b == 4 ? (x < 300 ? 0 : 255) : (x + y) % 256; });
-  const auto radar = raster("s1.tif", {.width = 700, .height = 411, .bands = 2, .type = GDT_Float32}, [](int x, int, int) { return x * 0.1 - 20; });
+  if (std::system("/usr/bin/python3 -c 'import osgeo_utils' 2>/dev/null") != 0)
+    GTEST_SKIP() << "needs GDAL's Python scripts";
+  const auto eo = raster("eo.tif", {.width = 700, .height = 411, .bands = 4},
+                         [](int x, int y, int b) { return b == 4 ? (x < 300 ? 0 : 255) : (x + y) % 256; });
+  const auto radar = raster("s1.tif", {.width = 700, .height = 411, .bands = 2, .type = GDT_Float32},
+                            [](int x, int, int) { return x * 0.1 - 20; });
   auto plain = options({eo}, "plain.tif"), jpeg = options({eo}, "jpeg.tif"), sar = options({radar}, "sar.tif");
   jpeg.compression = Compression::Jpeg;
   sar.role = tile::Role::Radar;
@@ -595,7 +640,8 @@ TEST_F(Build, GdalsOwnCheckFindsAValidCog) {
 }
 
 TEST_F(Build, TheFileDoesNotDependOnTheNumberOfThreads) {
-  const auto source = raster("eo.tif", {.width = 700, .height = 411, .bands = 3}, [](int x, int y, int b) { return (x * x + y * b) % 256; });
+  const auto source = raster("eo.tif", {.width = 700, .height = 411, .bands = 3},
+                             [](int x, int y, int b) { return (x * x + y * b) % 256; });
   const auto bytes = [&](int threads) {
     auto o = options({source}, fmt::format("map{}.tif", threads));
     o.threads = threads;

@@ -28,7 +28,9 @@ class DatasetTest : public testing::Test {
     scene.emplace(Scene::plane(map->center(), {}).with_layer("eo", *map));
   }
   /// At 200 m the whole image sees the map, at 400 m a quarter does.
-  render::Frame frame(double height_m) { return renderer.render(*scene, test::square_camera(100, 100), test::over_centre(*map, height_m)).value(); }
+  render::Frame frame(double height_m) {
+    return renderer.render(*scene, test::square_camera(100, 100), test::over_centre(*map, height_m)).value();
+  }
 
   std::vector<nlohmann::json> records() {
     std::vector<nlohmann::json> lines;
@@ -86,7 +88,8 @@ TEST_F(DatasetTest, AFullDiskIsReportedAndWhatIsListedIsWhole) {
     EXPECT_EQ(written.error().kind, Error::Kind::Io);
   }
   EXPECT_EQ(records().size(), 1u);
-  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(out() / "frames/v/eo"), {}), 1) << "no part of the second image";
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(out() / "frames/v/eo"), {}), 1)
+      << "no part of the second image";
 }
 
 TEST_F(DatasetTest, ReplacesAnEarlierDatasetOnlyWhenTold) {
@@ -103,9 +106,11 @@ TEST_F(DatasetTest, ReplacesAnEarlierDatasetOnlyWhenTold) {
 }
 
 TEST_F(DatasetTest, FloatsBecomeTiffWithNanWhereNothingIsSeen) {
-  const Scene floats = Scene::plane(map->center(), {}).with_layer("f", *map, {.output = render::Output{tile::SampleType::Float32}});
+  const Scene floats =
+      Scene::plane(map->center(), {}).with_layer("f", *map, {.output = render::Output{tile::SampleType::Float32}});
   Dataset dataset = Dataset::create(out(), false).value();
-  ASSERT_TRUE(dataset.add(renderer.render(floats, test::square_camera(100, 100), test::over_centre(*map, 400)).value(), 0, "v", true));
+  ASSERT_TRUE(dataset.add(renderer.render(floats, test::square_camera(100, 100), test::over_centre(*map, 400)).value(),
+                          0, "v", true));
   ASSERT_TRUE(dataset.finish());
   const Image image = image_files().value()->read(out() / "frames/v/f/000000000000000.tif").value();
   const auto* samples = reinterpret_cast<const float*>(image.samples.data());

@@ -2,10 +2,10 @@
 
 #include <gtest/gtest.h>
 
-#include <fstream>
 #include <link.h>
 #include <signal.h>
 #include <sys/resource.h>
+#include <fstream>
 
 #include <array>
 #include <cmath>

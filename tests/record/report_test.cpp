@@ -50,10 +50,11 @@ std::vector<Stroke> runs_of(const std::string& path_data) {
   return runs;
 }
 
-/// Why `text` is not a well-formed XML element; empty where it is. Knows what our SVG uses: elements, quoted attributes,
-/// text, the five entities and numeric ones.
+/// Why `text` is not a well-formed XML element; empty where it is. Knows what our SVG uses: elements, quoted
+/// attributes, text, the five entities and numeric ones.
 std::string xml_fault(const std::string& text) {
-  static const std::regex tag(R"re(<(/?)([A-Za-z][\w]*)((?:\s+[\w-]+="(?:[^"<&]|&(?:amp|lt|gt|quot|#39);)*")*)\s*(/?)>)re");
+  static const std::regex tag(
+      R"re(<(/?)([A-Za-z][\w]*)((?:\s+[\w-]+="(?:[^"<&]|&(?:amp|lt|gt|quot|#39);)*")*)\s*(/?)>)re");
   static const std::regex attribute(R"re(([\w-]+)=")re");
   static const std::regex plain(R"re((?:[^<>&]|&(?:amp|lt|gt|quot|#39);)*)re");
   std::vector<std::string> open;
@@ -89,7 +90,8 @@ std::string xml_fault(const std::string& text) {
 /// The outer SVG elements of a page.
 std::vector<std::string> plots_of(const std::string& page) {
   std::vector<std::string> plots;
-  for (std::size_t begin = page.find("<svg class=\"plot\""); begin != std::string::npos; begin = page.find("<svg class=\"plot\"", begin + 1))
+  for (std::size_t begin = page.find("<svg class=\"plot\""); begin != std::string::npos;
+       begin = page.find("<svg class=\"plot\"", begin + 1))
     plots.push_back(page.substr(begin, page.find("</figure>", begin) - begin));
   for (std::string& plot : plots) plot.resize(plot.rfind("</svg>") + 6);
   return plots;
@@ -116,10 +118,12 @@ class ReportTest : public testing::Test {
 
 /// One minute of a flight as the simulator reports it; the same at every call.
 Report minute_of_flight(const std::vector<Picture>& contact_sheets, const std::vector<Picture>& footprints) {
-  Series height{"flown", {}}, commanded{"commanded", {}, true}, yaw{"yaw", {}}, pitch{"pitch", {}}, roll{"roll", {}}, airspeed{"airspeed", {}},
-      ground_speed{"over ground", {}}, optical{"optical", {}}, radar{"radar", {}}, optical_valid{"optical", {}}, radar_valid{"radar", {}};
+  Series height{"flown", {}}, commanded{"commanded", {}, true}, yaw{"yaw", {}}, pitch{"pitch", {}}, roll{"roll", {}},
+      airspeed{"airspeed", {}}, ground_speed{"over ground", {}}, optical{"optical", {}}, radar{"radar", {}},
+      optical_valid{"optical", {}}, radar_valid{"radar", {}};
   for (int i = 0; i <= 60 * 100; ++i) {
-    const double t = i / 100.0, turn = 1 / (1 + std::exp(-(t - 25) * 0.8)), gust = std::sin(1.7 * t) * std::sin(0.31 * t);
+    const double t = i / 100.0, turn = 1 / (1 + std::exp(-(t - 25) * 0.8)),
+                 gust = std::sin(1.7 * t) * std::sin(0.31 * t);
     const double target = t < 40 ? 3000 : 3050;
     height.points.push_back({t, t < 40 ? 3000 + 2.5 * gust : 3050 - 50 * std::exp(-(t - 40) / 5) + 2.5 * gust});
     commanded.points.push_back({t, target});
@@ -131,7 +135,10 @@ Report minute_of_flight(const std::vector<Picture>& contact_sheets, const std::v
   }
   Histogram cost{"Cost of a frame", "frame cost / ms", {}};
   for (int i = 0; i < 600; ++i) {
-    const double t = i / 10.0, ms = 24 + 3 * std::sin(0.9 * t) + (i * 7919 % 101) / 30.0 + (i == 0 ? 160 : i % 97 == 0 ? 30 : 0);
+    const double t = i / 10.0, ms = 24 + 3 * std::sin(0.9 * t) + (i * 7919 % 101) / 30.0 +
+                                    (i == 0        ? 160
+                                     : i % 97 == 0 ? 30
+                                                   : 0);
     optical.points.push_back({t, ms});
     cost.values.push_back(ms);
     optical_valid.points.push_back({t, t > 52 ? std::max(0.62, 1 - (t - 52) * 0.06) : 1});
@@ -141,39 +148,58 @@ Report minute_of_flight(const std::vector<Picture>& contact_sheets, const std::v
     radar_valid.points.push_back({t, off ? nan : 1});
   }
   using enum Figure::State;
-  return {"Flight of plane1 over Sentinel-2 and Sentinel-1, Spain",
-          "One minute from 38.10° N, 0.76° W at 3000 m above ground; optical 1280 × 720 at 10 Hz, radar 256 × 256 at 2 Hz",
-          {{"frames", "720", "", "600 optical, 120 radar", Good},
-           {"frames a second", "38.4", "/s", "3.5 times as fast as the flight"},
-           {"frame cost, median", "25.6", "ms", "95 % within 29.1 ms"},
-           {"height error, RMS", "1.3", "m", "largest 50 m, at the step"},
-           {"cross-track error, RMS", "0.8", "m", "largest 6.2 m, in the turn", Good},
-           {"valid pixels, least", "62", "%", "the map ends 0.4 km east of the path", Warn}},
-          {{"What the cameras saw", "Frames chosen evenly from the flight. Choose a picture to see it in full size.", {contact_sheets.begin(), contact_sheets.end()}},
-           {"Where it looked", "", {footprints.begin(), footprints.end()}},
-           {"The flight", "",
-            {Chart{"Height", "height above ground / m", {height, commanded}}, Chart{"Airspeed", "speed / m/s", {airspeed, ground_speed}, {{"stall speed 18 m/s", 18}}},
-             Chart{"Attitude", "angle / °", {pitch, roll}}, Chart{"Heading", "yaw / °", {yaw}}}},
-           {"The frames", "",
-            {Chart{"Frame cost", "time a frame / ms", {optical, radar}, {{"budget 100 ms", 100}}}, cost, Chart{"Valid pixels", "part of the frame", {optical_valid, radar_valid}}}},
-           {"The plan", "How the first frame was made; the same plan served the others.",
-            {List{"Done", {"optical: spain_s2.tif, EPSG:4326, 3 of 4 bands as uint8", "optical: one homography, off by 1.6e-05 px where checked (tolerance 0.05 px)",
-                           "optical: levels 0 to 0 of 6, filter mip, 1.00 samples a pixel, 9 cells, 240 blocks", "radar: averaged in power, written in dB"}},
-             List{"Left out", {"terrain: the surface is a plane", "lens undistortion: the camera is an ideal pinhole", "optical: 1 band: not asked for",
-                               "optical: levels coarser than 0: no pixel is that coarse"}},
-             Table{"Sensors", {"sensor", "map", "resolution", "frames", "median", "95 %", "bytes read"},
-                   {{"optical", "spain_s2.tif", "10 m", "600", "25.6 ms", "29.1 ms", "41.2 MiB"}, {"radar", "spain_s1.tif", "10 m", "120", "6.4 ms", "6.8 ms", "3.9 MiB"}}}}}}};
+  return {
+      "Flight of plane1 over Sentinel-2 and Sentinel-1, Spain",
+      "One minute from 38.10° N, 0.76° W at 3000 m above ground; optical 1280 × 720 at 10 Hz, radar 256 × 256 at 2 Hz",
+      {{"frames", "720", "", "600 optical, 120 radar", Good},
+       {"frames a second", "38.4", "/s", "3.5 times as fast as the flight"},
+       {"frame cost, median", "25.6", "ms", "95 % within 29.1 ms"},
+       {"height error, RMS", "1.3", "m", "largest 50 m, at the step"},
+       {"cross-track error, RMS", "0.8", "m", "largest 6.2 m, in the turn", Good},
+       {"valid pixels, least", "62", "%", "the map ends 0.4 km east of the path", Warn}},
+      {{"What the cameras saw",
+        "Frames chosen evenly from the flight. Choose a picture to see it in full size.",
+        {contact_sheets.begin(), contact_sheets.end()}},
+       {"Where it looked", "", {footprints.begin(), footprints.end()}},
+       {"The flight",
+        "",
+        {Chart{"Height", "height above ground / m", {height, commanded}},
+         Chart{"Airspeed", "speed / m/s", {airspeed, ground_speed}, {{"stall speed 18 m/s", 18}}},
+         Chart{"Attitude", "angle / °", {pitch, roll}}, Chart{"Heading", "yaw / °", {yaw}}}},
+       {"The frames",
+        "",
+        {Chart{"Frame cost", "time a frame / ms", {optical, radar}, {{"budget 100 ms", 100}}}, cost,
+         Chart{"Valid pixels", "part of the frame", {optical_valid, radar_valid}}}},
+       {"The plan",
+        "How the first frame was made; the same plan served the others.",
+        {List{"Done",
+              {"optical: spain_s2.tif, EPSG:4326, 3 of 4 bands as uint8",
+               "optical: one homography, off by 1.6e-05 px where checked (tolerance 0.05 px)",
+               "optical: levels 0 to 0 of 6, filter mip, 1.00 samples a pixel, 9 cells, 240 blocks",
+               "radar: averaged in power, written in dB"}},
+         List{"Left out",
+              {"terrain: the surface is a plane", "lens undistortion: the camera is an ideal pinhole",
+               "optical: 1 band: not asked for", "optical: levels coarser than 0: no pixel is that coarse"}},
+         Table{"Sensors",
+               {"sensor", "map", "resolution", "frames", "median", "95 %", "bytes read"},
+               {{"optical", "spain_s2.tif", "10 m", "600", "25.6 ms", "29.1 ms", "41.2 MiB"},
+                {"radar", "spain_s1.tif", "10 m", "120", "6.4 ms", "6.8 ms", "3.9 MiB"}}}}}}};
 }
 
 // ---- Text
 
 TEST_F(ReportTest, EveryTextIsEscaped) {
-  const std::string evil = "<script>alert(\"a\" & 'b')</script>", safe = "&lt;script&gt;alert(&quot;a&quot; &amp; &#39;b&#39;)&lt;/script&gt;";
-  const Report report{evil, evil, {{evil, evil, evil, evil}, {}},
-                      {{evil, evil,
-                        {Picture{small_png("p.png", ""), evil}, Chart{evil, evil, {{evil, {{0, 0}, {1, 1}}}}, {{evil, 0.5}}, evil}, Histogram{evil, evil, {1, 2}, evil},
-                         Table{evil, {evil}, {{evil}}}, List{evil, {evil}}}},
-                       {"second", "", {}}}};
+  const std::string evil = "<script>alert(\"a\" & 'b')</script>",
+                    safe = "&lt;script&gt;alert(&quot;a&quot; &amp; &#39;b&#39;)&lt;/script&gt;";
+  const Report report{
+      evil,
+      evil,
+      {{evil, evil, evil, evil}, {}},
+      {{evil,
+        evil,
+        {Picture{small_png("p.png", ""), evil}, Chart{evil, evil, {{evil, {{0, 0}, {1, 1}}}}, {{evil, 0.5}}, evil},
+         Histogram{evil, evil, {1, 2}, evil}, Table{evil, {evil}, {{evil}}}, List{evil, {evil}}}},
+       {"second", "", {}}}};
   const std::string html = page(report);
   EXPECT_EQ(count(html, "<script"), 1u) << "only our own";
   EXPECT_EQ(html.find("alert(\""), std::string::npos);
@@ -187,13 +213,14 @@ TEST_F(ReportTest, BytesThatAreNoTextBecomeReplacementCharacters) {
   const std::pair<std::string, std::string> cases[] = {
       {"a\x01z", "a" + replaced + "z"},
       {"a\xffz", "a" + replaced + "z"},
-      {"a\xc3", "a" + replaced},                                                // cut
-      {"a\xc0\xafz", "a" + replaced + replaced + "z"},                          // '/' in two bytes
-      {"a\xed\xa0\x80z", "a" + replaced + replaced + replaced + "z"},           // half of a surrogate pair
-      {"a\xef\xbf\xbfz", "a" + replaced + replaced + replaced + "z"},           // U+FFFF, which XML forbids
+      {"a\xc3", "a" + replaced},                                       // cut
+      {"a\xc0\xafz", "a" + replaced + replaced + "z"},                 // '/' in two bytes
+      {"a\xed\xa0\x80z", "a" + replaced + replaced + replaced + "z"},  // half of a surrogate pair
+      {"a\xef\xbf\xbfz", "a" + replaced + replaced + replaced + "z"},  // U+FFFF, which XML forbids
       {"α → \xf0\x9f\x9b\xa9", "α → \xf0\x9f\x9b\xa9"},
   };
-  for (const auto& [text, wanted] : cases) EXPECT_EQ(between(page(Report{text}), "<title>", "</title>"), wanted) << text;
+  for (const auto& [text, wanted] : cases)
+    EXPECT_EQ(between(page(Report{text}), "<title>", "</title>"), wanted) << text;
 }
 
 // ---- The page as a whole
@@ -205,7 +232,8 @@ TEST_F(ReportTest, SameReportGivesTheSameBytes) {
 
 TEST_F(ReportTest, RefersToNothingOutsideThePage) {
   const std::string html = page(minute_of_flight({{small_png("p.png", "pixels"), "sheet"}}, {}));
-  for (const char* word : {"http:", "https:", "url(", "@import", "<link", "fetch(", "srcset"}) EXPECT_EQ(html.find(word), std::string::npos) << word;
+  for (const char* word : {"http:", "https:", "url(", "@import", "<link", "fetch(", "srcset"})
+    EXPECT_EQ(html.find(word), std::string::npos) << word;
   const std::regex reference(R"re((?:src|href)="([^"]{0,6}))re");
   std::size_t references = 0;
   for (std::sregex_iterator it(html.begin(), html.end(), reference), none; it != none; ++it, ++references) {
@@ -224,22 +252,26 @@ TEST_F(ReportTest, MinuteOfFlightWithTwoContactSheetsStaysBelowSixMegabytes) {
     for (const auto& entry : std::filesystem::directory_iterator(sample)) files.insert(entry.path());
     for (const auto& file : files) {
       if (file.filename().string().starts_with("contact_")) sheets.push_back({file, file.stem().string().substr(8)});
-      if (file.filename().string().starts_with("footprints_")) maps.push_back({file, file.stem().string().substr(11) + ": path and footprints"});
+      if (file.filename().string().starts_with("footprints_"))
+        maps.push_back({file, file.stem().string().substr(11) + ": path and footprints"});
     }
     ASSERT_TRUE(write_report(std::filesystem::path(sample) / "report.html", minute_of_flight(sheets, maps)));
   }
   // Sheets as large as those of 24 real frames
   const std::string pixels(2'000'000, 'x');
-  const std::string html = page(minute_of_flight({{small_png("a.png", pixels), "a"}, {small_png("b.png", pixels), "b"}}, {}));
+  const std::string html =
+      page(minute_of_flight({{small_png("a.png", pixels), "a"}, {small_png("b.png", pixels), "b"}}, {}));
   EXPECT_LT(html.size(), 6'000'000u);
   EXPECT_GT(html.size(), 2 * pixels.size() * 4 / 3) << "the pictures are not in it";
 }
 
 TEST_F(ReportTest, EveryPlotIsWellFormedXml) {
   Report report = minute_of_flight({}, {});
-  report.sections.push_back({"odd ones", "",
-                             {Chart{"a < b & \"c\"", "'y'", {{"<s>", {{0, 1}, {1, infinity}, {2, 3}}}}, {{"</svg>", 2}}}, Chart{"none", "y", {}},
-                              Histogram{"h", "x", {}}, Histogram{"<&>", "x", {1, 1, 2, 100, nan}, "<frames>"}}});
+  report.sections.push_back(
+      {"odd ones",
+       "",
+       {Chart{"a < b & \"c\"", "'y'", {{"<s>", {{0, 1}, {1, infinity}, {2, 3}}}}, {{"</svg>", 2}}},
+        Chart{"none", "y", {}}, Histogram{"h", "x", {}}, Histogram{"<&>", "x", {1, 1, 2, 100, nan}, "<frames>"}}});
   const auto plots = plots_of(page(report));
   ASSERT_EQ(plots.size(), 7u + 4);
   for (const std::string& plot : plots) EXPECT_EQ(xml_fault(plot), "");
@@ -247,7 +279,8 @@ TEST_F(ReportTest, EveryPlotIsWellFormedXml) {
 
 TEST(XmlFault, FindsWhatWouldBreakAParser) {
   EXPECT_EQ(xml_fault("<a b=\"1\"><c/>x &lt; y</a>"), "");
-  for (const char* bad : {"<a>", "<a></b>", "<a b=1/>", "<a b=\"<\"/>", "<a>&</a>", "<a>&nbsp;</a>", "<a/><a/>", "<a b=\"1\" b=\"2\"/>", "<a", "<a>></a>"})
+  for (const char* bad : {"<a>", "<a></b>", "<a b=1/>", "<a b=\"<\"/>", "<a>&</a>", "<a>&nbsp;</a>", "<a/><a/>",
+                          "<a b=\"1\" b=\"2\"/>", "<a", "<a>></a>"})
     EXPECT_NE(xml_fault(bad), "") << bad;
 }
 
@@ -295,7 +328,8 @@ TEST_F(ReportTest, PictureThatIsNoneIsAnErrorThatNamesItAndNothingIsWritten) {
     EXPECT_EQ(written.error().kind, Error::Kind::Malformed);
     EXPECT_NE(written.error().message.find("cut.png"), std::string::npos);
   }
-  const auto missing = write_report(folder.file("new.html"), {"t", "", {}, {{"s", "", {Picture{folder.file("none.png"), ""}}}}});
+  const auto missing =
+      write_report(folder.file("new.html"), {"t", "", {}, {{"s", "", {Picture{folder.file("none.png"), ""}}}}});
   ASSERT_FALSE(missing);
   EXPECT_EQ(missing.error().kind, Error::Kind::NotFound);
   EXPECT_FALSE(std::filesystem::exists(folder.file("new.html")));
@@ -307,12 +341,14 @@ TEST_F(ReportTest, OneSampleSpikesSurviveDecimationWhereverTheyAre) {
   constexpr int samples = 100'000;
   for (const int at : {0, 1, 266, 267, 50'000, samples - 2, samples - 1}) {  // a stretch has 266 or 267 samples
     std::vector<ChartPoint> points;
-    for (int i = 0; i < samples; ++i) points.push_back({i * 0.01, i == at ? 1000 : i == samples - 1 - at ? -1000 : std::sin(i * 0.001)});
+    for (int i = 0; i < samples; ++i)
+      points.push_back({i * 0.01, i == at ? 1000 : i == samples - 1 - at ? -1000 : std::sin(i * 0.001)});
     const auto runs = drawn(points);
     ASSERT_EQ(runs.size(), 1u);
     EXPECT_LE(runs[0].size(), 1500u);
     EXPECT_GE(runs[0].size(), 750u) << "a stretch that only rises has two points, and there are 375";
-    const auto [top, bottom] = std::minmax_element(runs[0].begin(), runs[0].end(), [](auto& a, auto& b) { return a.y < b.y; });
+    const auto [top, bottom] =
+        std::minmax_element(runs[0].begin(), runs[0].end(), [](auto& a, auto& b) { return a.y < b.y; });
     // A margin of 6 % at both ends: 1000 * 0.06 / 1.12
     EXPECT_NEAR(top->y, 53.57, 0.01);
     EXPECT_NEAR(bottom->y, 1000 - 53.57, 0.01);
@@ -337,7 +373,8 @@ TEST_F(ReportTest, NanBreaksTheLine) {
 
 TEST_F(ReportTest, NanBreaksTheLineOfADecimatedSeriesToo) {
   std::vector<ChartPoint> points;
-  for (int i = 0; i < 100'000; ++i) points.push_back({double(i), i == 30'000 || i == 70'123 ? nan : std::sin(i * 0.001)});
+  for (int i = 0; i < 100'000; ++i)
+    points.push_back({double(i), i == 30'000 || i == 70'123 ? nan : std::sin(i * 0.001)});
   EXPECT_EQ(drawn(points).size(), 3u);
   for (std::size_t i = 0; i < points.size(); i += 2) points[i].y = nan;
   const auto dots = drawn(points);
@@ -347,7 +384,8 @@ TEST_F(ReportTest, NanBreaksTheLineOfADecimatedSeriesToo) {
 
 TEST_F(ReportTest, PointWithoutNeighboursIsADot) {
   const std::string html = page(Chart{"c", "y", {{"a", {{5, 7}}}}});
-  EXPECT_EQ(between(html, "<path class=\"dots c0\" d=\"", "\""), "M500 500h0") << "in the middle: there is nothing to be to the left of";
+  EXPECT_EQ(between(html, "<path class=\"dots c0\" d=\"", "\""), "M500 500h0")
+      << "in the middle: there is nothing to be to the left of";
   const std::string one_of_three = page(Chart{"c", "y", {{"a", {{0, 0}, {1, nan}, {2, 1}, {3, 1}}}}});
   EXPECT_EQ(count(between(one_of_three, "<path class=\"dots c0\" d=\"", "\""), "M"), 1u);
   EXPECT_EQ(count(page(Chart{"c", "y", {{"a", {{0, 0}, {1, 1}}}}}), "<path class=\"dots"), 0u);
@@ -365,11 +403,13 @@ TEST_F(ReportTest, InfiniteValuesBreakTheLineAndAreTold) {
   const std::string html = page(Chart{"c", "y", {{"a", {{0, 1}, {1, infinity}, {2, -infinity}, {3, 2}, {4, 1e291}}}}});
   EXPECT_EQ(runs_of(between(html, "<path class=\"line c0\" d=\"", "\"")).size(), 2u);
   EXPECT_NE(html.find("3 values are infinite"), std::string::npos);
-  EXPECT_EQ(page(Chart{"c", "y", {{"a", {{0, 1}, {1, nan}, {2, 2}}}}}).find("infinite"), std::string::npos) << "a break asked for is no fault";
+  EXPECT_EQ(page(Chart{"c", "y", {{"a", {{0, 1}, {1, nan}, {2, 2}}}}}).find("infinite"), std::string::npos)
+      << "a break asked for is no fault";
 }
 
 TEST_F(ReportTest, ChartWithoutDataSaysSo) {
-  const Chart charts[] = {{"c", "y", {}}, {"c", "y", {{"a", {}}}}, {"c", "y", {{"a", {{nan, nan}, {0, infinity}}}}, {{"limit", 3}}}};
+  const Chart charts[] = {
+      {"c", "y", {}}, {"c", "y", {{"a", {}}}}, {"c", "y", {{"a", {{nan, nan}, {0, infinity}}}}, {{"limit", 3}}}};
   for (const Chart& chart : charts) {
     const std::string html = page(chart);
     EXPECT_EQ(count(html, ">no data</text>"), 1u);
@@ -382,8 +422,9 @@ TEST_F(ReportTest, ChartWithoutDataSaysSo) {
 
 TEST_F(ReportTest, PlacesStayFiniteAtExtremeValues) {
   for (const double scale : {1e-310, 1e-290, 1e-200, 1e-9, 1e9, 1e200, 1e290}) {
-    const std::string html = page(Chart{"c", "y", {{"a", {{-scale, scale}, {0, -scale}, {scale, 0}}}}, {{"r", scale / 2}}}) +
-                             page(Histogram{"h", "x", {-scale, 0, scale, scale}});
+    const std::string html =
+        page(Chart{"c", "y", {{"a", {{-scale, scale}, {0, -scale}, {scale, 0}}}}, {{"r", scale / 2}}}) +
+        page(Histogram{"h", "x", {-scale, 0, scale, scale}});
     for (const std::string& plot : plots_of(html)) {
       EXPECT_EQ(plot.find("nan"), std::string::npos) << scale;
       EXPECT_EQ(plot.find("inf"), std::string::npos) << scale;
@@ -402,7 +443,9 @@ std::vector<std::string> y_labels(const std::string& html) {
 
 TEST_F(ReportTest, TicksAreRoundNumbersInTheRange) {
   using Labels = std::vector<std::string>;
-  const auto labels = [&](double low, double high) { return y_labels(page(Chart{"c", "height / m", {{"a", {{0, low}, {1, high}}}}})); };
+  const auto labels = [&](double low, double high) {
+    return y_labels(page(Chart{"c", "height / m", {{"a", {{0, low}, {1, high}}}}}));
+  };
   EXPECT_EQ(labels(0, 1), (Labels{"0.0", "0.2", "0.4", "0.6", "0.8", "1.0"}));
   EXPECT_EQ(labels(-10, 10), (Labels{"−10", "−5", "0", "5", "10"}));
   EXPECT_EQ(labels(2990, 3060), (Labels{"3000", "3020", "3040", "3060"}));
@@ -423,7 +466,8 @@ TEST_F(ReportTest, NumbersBelowAPlotFindRoomOnAPhone) {
     for (double span = 0.01; span < 1e6; span *= 1.7) {
       const std::string html = page(Chart{"c", "y", {{"a", {{first, 0}, {first + span, 1}}}}});
       std::size_t characters = 0, ticks = 0;
-      for (std::sregex_iterator it(html.begin(), html.end(), label), none; it != none; ++it, ++ticks) characters += (*it)[1].length() + 1;
+      for (std::sregex_iterator it(html.begin(), html.end(), label), none; it != none; ++it, ++ticks)
+        characters += (*it)[1].length() + 1;
       EXPECT_GE(ticks, 1u) << first << " + " << span;
       EXPECT_LE(characters, 55u) << first << " + " << span;  // a minus counts as three here
     }
@@ -453,7 +497,8 @@ std::vector<std::string> bars(const std::string& html) {
 TEST_F(ReportTest, HistogramCountsEachFiniteValueOnce) {
   const auto total = [&](const std::vector<double>& values) {
     int sum = 0;
-    for (const std::string& bar : bars(page(Histogram{"h", "x", values}))) sum += std::stoi(bar.substr(bar.find(": ") + 2));
+    for (const std::string& bar : bars(page(Histogram{"h", "x", values})))
+      sum += std::stoi(bar.substr(bar.find(": ") + 2));
     return sum;
   };
   EXPECT_EQ(total({}), 0);
@@ -486,7 +531,10 @@ TEST_F(ReportTest, HistogramNamesMedianAndNinetyFifthPercentileByNearestRank) {
 }
 
 TEST_F(ReportTest, ColumnsOfNumbersAreSetToTheRight) {
-  const std::string html = page(Table{"", {"name", "cost", "note", "gap"}, {{"a", "12.5 ms", "3 of 4 bands", "7"}, {"b", "−", "5"}, {"7", "-3", "x y", "–"}}});
+  const std::string html =
+      page(Table{"",
+                 {"name", "cost", "note", "gap"},
+                 {{"a", "12.5 ms", "3 of 4 bands", "7"}, {"b", "−", "5"}, {"7", "-3", "x y", "–"}}});
   EXPECT_EQ(count(html, "<th class=\"number\">"), 1u);
   EXPECT_NE(html.find("<th class=\"number\">gap"), std::string::npos) << "a missing cell and a dash are no words";
   const std::string numbers = page(Table{"", {"cost"}, {{"12.5 ms"}, {"-3 ms"}, {"98 %"}}});

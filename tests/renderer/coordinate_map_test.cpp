@@ -1,5 +1,5 @@
-// A map whose texels hold their own coordinates renders the projection itself. What it should show is calculated here from
-// scratch: GeographicLib's local frame, rotation matrices written out, projections by formula or by GeographicLib.
+// A map whose texels hold their own coordinates renders the projection itself. What it should show is calculated here
+// from scratch: GeographicLib's local frame, rotation matrices written out, projections by formula or by GeographicLib.
 #include <gtest/gtest.h>
 
 #include <GeographicLib/LocalCartesian.hpp>
@@ -57,12 +57,15 @@ std::vector<Case> cases() {
 }
 
 /// yaw, pitch, roll in degrees: level, level and turned, and 60 degrees off nadir to several sides.
-const std::vector<std::array<double, 3>> attitudes = {{0, 0, 0}, {130, 0, 0}, {20, 60, 0}, {290, 0, 60}, {200, -45, 40}};
+const std::vector<std::array<double, 3>> attitudes = {
+    {0, 0, 0}, {130, 0, 0}, {20, 60, 0}, {290, 0, 60}, {200, -45, 40}};
 
 /// Where a pixel looks, on the map: from scratch.
-Eigen::Vector2d texel_by_hand(const Case& c, const std::array<double, 3>& attitude, double height_m, double px, double py) {
-  const double cy = std::cos(attitude[0] * degree), sy = std::sin(attitude[0] * degree), cp = std::cos(attitude[1] * degree),
-               sp = std::sin(attitude[1] * degree), cr = std::cos(attitude[2] * degree), sr = std::sin(attitude[2] * degree);
+Eigen::Vector2d texel_by_hand(const Case& c, const std::array<double, 3>& attitude, double height_m, double px,
+                              double py) {
+  const double cy = std::cos(attitude[0] * degree), sy = std::sin(attitude[0] * degree),
+               cp = std::cos(attitude[1] * degree), sp = std::sin(attitude[1] * degree),
+               cr = std::cos(attitude[2] * degree), sr = std::sin(attitude[2] * degree);
   // Pixel centre to camera ray to body: right is right, image down is back, the axis is down.
   const double right = (px - width / 2.0) / focal_px, back = (py - height / 2.0) / focal_px;
   const double f = -back, r = right, d = 1;
@@ -90,7 +93,9 @@ TEST_P(CoordinateMap, RendersTheProjectionWithinTheBound) {
   synthetic.bands = 2;
   synthetic.crs = c.crs;
   synthetic.geotransform = c.geotransform;
-  synthetic.value = [](int, int band, int col, int row) { return (band == 0 ? col : row) + 0.5; };  // of the texel's centre
+  synthetic.value = [](int, int band, int col, int row) {
+    return (band == 0 ? col : row) + 0.5;
+  };  // of the texel's centre
   test::write_map(synthetic, folder.file("m.tif"));
   const auto map = tile::Map::open(folder.file("m.tif")).value();
   const auto origin = geodesy::Geodetic::degrees(c.lat_deg, c.lon_deg, 0);
@@ -103,7 +108,8 @@ TEST_P(CoordinateMap, RendersTheProjectionWithinTheBound) {
       const auto place = geodesy::Geodetic::degrees(c.lat_deg, c.lon_deg, height_m);
       const auto pose = camera_pose(place, geodesy::YawPitchRoll::degrees(attitude[0], attitude[1], attitude[2]));
       // One sample a pixel of a linear function is exact: what differs is geometry.
-      const Frame frame = renderer.render(scene, camera, pose, {.filter = Filter::Bilinear, .geometry_tolerance_px = 0.05}).value();
+      const Frame frame =
+          renderer.render(scene, camera, pose, {.filter = Filter::Bilinear, .geometry_tolerance_px = 0.05}).value();
       const auto pixels = frame.pixels<float>();
       double worst_px = 0;
       std::int64_t compared = 0;
@@ -112,15 +118,20 @@ TEST_P(CoordinateMap, RendersTheProjectionWithinTheBound) {
           const std::size_t i = static_cast<std::size_t>(y * width + x);
           if (!frame.layer().validity[i]) continue;
           const Eigen::Vector2d expected = texel_by_hand(c, attitude, height_m, x + 0.5, y + 0.5);
-          if ((expected.array() < 1).any() || (expected.array() > 999).any()) continue;  // bilinear is flat at the map's edge
+          if ((expected.array() < 1).any() || (expected.array() > 999).any())
+            continue;  // bilinear is flat at the map's edge
           Eigen::Matrix2d j;
-          j.col(0) = texel_by_hand(c, attitude, height_m, x + 1, y + 0.5) - texel_by_hand(c, attitude, height_m, x, y + 0.5);
-          j.col(1) = texel_by_hand(c, attitude, height_m, x + 0.5, y + 1) - texel_by_hand(c, attitude, height_m, x + 0.5, y);
-          worst_px = std::max(worst_px, (j.inverse() * (Eigen::Vector2d(pixels[2 * i], pixels[2 * i + 1]) - expected)).norm());
+          j.col(0) =
+              texel_by_hand(c, attitude, height_m, x + 1, y + 0.5) - texel_by_hand(c, attitude, height_m, x, y + 0.5);
+          j.col(1) =
+              texel_by_hand(c, attitude, height_m, x + 0.5, y + 1) - texel_by_hand(c, attitude, height_m, x + 0.5, y);
+          worst_px =
+              std::max(worst_px, (j.inverse() * (Eigen::Vector2d(pixels[2 * i], pixels[2 * i + 1]) - expected)).norm());
           ++compared;
         }
       // Floats of 512 to 1000 are 6e-5 apart; a pixel spans at least 0.09 texels here, so they add under 1e-3 px.
-      EXPECT_LE(worst_px, 0.05 + 1e-3) << "yaw, pitch, roll " << attitude[0] << " " << attitude[1] << " " << attitude[2] << " at " << height_m;
+      EXPECT_LE(worst_px, 0.05 + 1e-3) << "yaw, pitch, roll " << attitude[0] << " " << attitude[1] << " " << attitude[2]
+                                       << " at " << height_m;
       EXPECT_GT(compared, width * height / 10) << "too little of the map is in view to tell";
     }
 }
@@ -138,7 +149,8 @@ TEST_P(CoordinateMap, TruthAgreesWithTheProjection) {
   const Scene scene = Scene::plane(geodesy::Geodetic::degrees(c.lat_deg, c.lon_deg, 0), {}).with_layer("xy", map);
   const Camera camera = Camera::pinhole(width, height, focal_px, focal_px, width / 2.0, height / 2.0).value();
   const std::array<double, 3> attitude = {30, 20, -10};
-  const auto pose = camera_pose(geodesy::Geodetic::degrees(c.lat_deg, c.lon_deg, 800), geodesy::YawPitchRoll::degrees(30, 20, -10));
+  const auto pose =
+      camera_pose(geodesy::Geodetic::degrees(c.lat_deg, c.lon_deg, 800), geodesy::YawPitchRoll::degrees(30, 20, -10));
   const Frame frame = Renderer().render(scene, camera, pose).value();
   const Truth& truth = frame.truth();
 
@@ -160,7 +172,8 @@ TEST_P(CoordinateMap, TruthAgreesWithTheProjection) {
   EXPECT_NEAR(truth.height_agl_m, 800, 1e-6);
 }
 
-INSTANTIATE_TEST_SUITE_P(Crs, CoordinateMap, testing::ValuesIn(cases()), [](const auto& tested) { return std::string(tested.param.name); });
+INSTANTIATE_TEST_SUITE_P(Crs, CoordinateMap, testing::ValuesIn(cases()),
+                         [](const auto& tested) { return std::string(tested.param.name); });
 
 }  // namespace
 }  // namespace nadir::render

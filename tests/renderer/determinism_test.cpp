@@ -16,7 +16,9 @@ class Determinism : public testing::Test {
     synthetic.type = GDT_Byte;
     synthetic.bands = 3;
     synthetic.factors = {2, 4, 8};
-    synthetic.value = [](int level, int band, int col, int row) { return (col * 7919 + row * 104729 + band * 31 + level * 17) % 251; };
+    synthetic.value = [](int level, int band, int col, int row) {
+      return (col * 7919 + row * 104729 + band * 31 + level * 17) % 251;
+    };
     synthetic.mask = true;
     synthetic.mask_value = [](int col, int row) { return (col / 50 + row / 70) % 5 == 0 ? 0 : 255; };
     test::write_map(synthetic, folder.file("m.tif"));
@@ -27,7 +29,9 @@ class Determinism : public testing::Test {
     pose = camera_pose(place, geodesy::YawPitchRoll::degrees(33, 50, 8));
   }
   Frame render(const RendererOptions& options) {
-    return Renderer(options).render(*scene, Camera::pinhole(500, 300, 400, 400, 250, 150).value(), pose, {.quality = Quality::best}).value();
+    return Renderer(options)
+        .render(*scene, Camera::pinhole(500, 300, 400, 400, 250, 150).value(), pose, {.quality = Quality::best})
+        .value();
   }
 
   test::TemporaryFolder folder;
@@ -39,10 +43,14 @@ TEST_F(Determinism, TheSameBytesForAnyThreadCountBudgetAndHistory) {
   const Frame reference = render({.threads = 1});
   ASSERT_GT(reference.truth().valid_fraction, 0.2);
   ASSERT_LT(reference.truth().valid_fraction, 1);
-  for (const RendererOptions& options : {RendererOptions{.threads = 2}, RendererOptions{.threads = 7}, RendererOptions{.cache_bytes = 3 << 20, .threads = 2}}) {
+  for (const RendererOptions& options : {RendererOptions{.threads = 2}, RendererOptions{.threads = 7},
+                                         RendererOptions{.cache_bytes = 3 << 20, .threads = 2}}) {
     Renderer renderer(options);
     for (int turn = 0; turn < 2; ++turn) {
-      const Frame frame = renderer.render(*scene, Camera::pinhole(500, 300, 400, 400, 250, 150).value(), pose, {.quality = Quality::best}).value();
+      const Frame frame =
+          renderer
+              .render(*scene, Camera::pinhole(500, 300, 400, 400, 250, 150).value(), pose, {.quality = Quality::best})
+              .value();
       EXPECT_EQ(frame.layer().samples, reference.layer().samples);
       EXPECT_EQ(frame.layer().validity, reference.layer().validity);
     }
@@ -72,7 +80,8 @@ TEST_F(Determinism, FramesRenderedAtTheSameTimeAreTheSame) {
   std::atomic<int> same{0};
   for (int i = 0; i < 3; ++i)
     threads.emplace_back([&] {
-      const auto frame = renderer.render(*scene, Camera::pinhole(500, 300, 400, 400, 250, 150).value(), pose, {.quality = Quality::best});
+      const auto frame = renderer.render(*scene, Camera::pinhole(500, 300, 400, 400, 250, 150).value(), pose,
+                                         {.quality = Quality::best});
       same += frame && frame->layer().samples == reference.layer().samples;
     });
   for (auto& thread : threads) thread.join();

@@ -19,9 +19,14 @@ tile::Map make(const TemporaryFolder& folder, const std::string& name, const tes
 TEST(Layers, NorthIsUpAndEastIsRightInALevelView) {
   const TemporaryFolder folder;
   test::SyntheticMap synthetic = test::utm_map(200, 1);
-  synthetic.value = [](int, int, int col, int row) { return col > 120 && row < 60 ? 9 : 1; };  // a block in the north-east
+  synthetic.value = [](int, int, int col, int row) {
+    return col > 120 && row < 60 ? 9 : 1;
+  };  // a block in the north-east
   const auto map = make(folder, "m.tif", synthetic);
-  const Frame frame = Renderer().render(Scene::plane(map.center(), {}).with_layer("eo", map), test::square_camera(100, 100), test::over_centre(map, 200)).value();
+  const Frame frame = Renderer()
+                          .render(Scene::plane(map.center(), {}).with_layer("eo", map), test::square_camera(100, 100),
+                                  test::over_centre(map, 200))
+                          .value();
   const auto at = [&](int x, int y) { return frame.pixels<float>()[static_cast<std::size_t>(y * 100 + x)]; };
   EXPECT_EQ(at(85, 10), 9) << "top right";
   EXPECT_EQ(at(10, 10), 1);
@@ -36,7 +41,10 @@ TEST(Layers, DecibelsAreAveragedInPower) {
   const auto map = make(folder, "m.tif", synthetic);
   const Scene scene = Scene::plane(map.center(), {}).with_layer("sar", map, {.role = tile::Role::Radar});
   // Level 0 alone, two texels a pixel: the mean power is 0.505, -2.967 dB; the mean of the decibels would be -10.
-  const Frame frame = Renderer().render(scene, test::square_camera(64, 100), test::over_centre(map, 200), {.filter = Filter::Reference}).value();
+  const Frame frame =
+      Renderer()
+          .render(scene, test::square_camera(64, 100), test::over_centre(map, 200), {.filter = Filter::Reference})
+          .value();
   EXPECT_NEAR(frame.pixels<float>()[32 * 64 + 32], 10 * std::log10(0.505), 0.2);
 }
 
@@ -47,7 +55,10 @@ TEST(Layers, LabelsAreNeverBlended) {
   synthetic.value = [](int, int, int col, int row) { return (col / 5 + row / 3) % 2 ? 200 : 10; };
   const auto map = make(folder, "m.tif", synthetic);
   const Scene scene = Scene::plane(map.center(), {}).with_layer("class", map, {.role = tile::Role::Labels});
-  const Frame frame = Renderer().render(scene, test::square_camera(128, 130), test::over_centre(map, 77), {.quality = Quality::best}).value();
+  const Frame frame =
+      Renderer()
+          .render(scene, test::square_camera(128, 130), test::over_centre(map, 77), {.quality = Quality::best})
+          .value();
   EXPECT_EQ(frame.truth().filter, Filter::Nearest);
   for (const std::uint8_t value : frame.pixels<std::uint8_t>()) ASSERT_TRUE(value == 200 || value == 10) << int(value);
 }
@@ -62,7 +73,8 @@ TEST(Layers, LayersOfOneGridShareTheirMapping) {
   const Camera camera = test::square_camera(64, 100);
   const Frame alone = renderer.render(first, camera, test::over_centre(one, 100)).value();
   const Frame together = renderer.render(both, camera, test::over_centre(one, 100)).value();
-  EXPECT_EQ(together.counters().exact_points, alone.counters().exact_points) << "the second layer costs its sampling only";
+  EXPECT_EQ(together.counters().exact_points, alone.counters().exact_points)
+      << "the second layer costs its sampling only";
   EXPECT_EQ(together.layer("a").samples, together.layer("b").samples);
 }
 
@@ -71,7 +83,10 @@ TEST(Layers, AnInvalidTexelTakesNoPartAndDoesNotSpread) {
   test::SyntheticMap synthetic = test::utm_map(256, 1);
   synthetic.value = [](int, int, int col, int) { return col == 128 ? std::numeric_limits<double>::quiet_NaN() : 50.0; };
   const auto map = make(folder, "m.tif", synthetic);
-  const Frame frame = Renderer().render(Scene::plane(map.center(), {}).with_layer("eo", map), test::square_camera(128, 400), test::over_centre(map, 100)).value();
+  const Frame frame = Renderer()
+                          .render(Scene::plane(map.center(), {}).with_layer("eo", map), test::square_camera(128, 400),
+                                  test::over_centre(map, 100))
+                          .value();
   std::int64_t invalid = 0;
   for (std::size_t i = 0; i < frame.layer().validity.size(); ++i) {
     if (!frame.layer().validity[i]) {
@@ -89,7 +104,8 @@ TEST(Layers, OutputIsScaledToTheRangeAsked) {
   synthetic.type = GDT_Int16;
   synthetic.value = [](int, int, int col, int) { return col < 128 ? 1500 : 9000; };
   const auto map = make(folder, "m.tif", synthetic);
-  const Scene scene = Scene::plane(map.center(), {}).with_layer("eo", map, {.output = Output{tile::SampleType::UInt8, 0, 3000}});
+  const Scene scene =
+      Scene::plane(map.center(), {}).with_layer("eo", map, {.output = Output{tile::SampleType::UInt8, 0, 3000}});
   const Frame frame = Renderer().render(scene, test::square_camera(64, 100), test::over_centre(map, 100)).value();
   EXPECT_EQ(frame.pixels<std::uint8_t>()[32 * 64 + 5], 128) << "1500 of 3000, rounded up from 127.5";
   EXPECT_EQ(frame.pixels<std::uint8_t>()[32 * 64 + 60], 255) << "clamped";
@@ -104,13 +120,17 @@ TEST(Layers, FaultsInALayerAreReportedWhenTheSceneIsRendered) {
   EXPECT_FALSE(scene.check()) << "no layer";
   EXPECT_EQ(scene.with_layer("a", map, {.bands = {7}}).check().error().kind, Error::Kind::NotFound);
   EXPECT_FALSE(scene.with_layer("a", map).with_layer("a", map).check()) << "a name twice";
-  EXPECT_FALSE(scene.with_layer("a", map, {.output = Output{tile::SampleType::UInt8, 5, 5}}).check()) << "an empty range";
+  EXPECT_FALSE(scene.with_layer("a", map, {.output = Output{tile::SampleType::UInt8, 5, 5}}).check())
+      << "an empty range";
   Renderer renderer;
   EXPECT_FALSE(renderer.render(scene, test::square_camera(8, 8), test::over_centre(map, 10)));
   const Scene good = scene.with_layer("a", map);
-  EXPECT_FALSE(renderer.render(good, test::square_camera(8, 8), {Eigen::Quaterniond(0, 0, 0, 0), {1, 2, 3}})) << "no rotation";
-  EXPECT_FALSE(renderer.render(good, test::square_camera(8, 8), {Eigen::Quaterniond(1, 0, 0, 0), {std::nan(""), 2, 3}}));
-  EXPECT_FALSE(renderer.render(good, test::square_camera(8, 8), test::over_centre(map, 10), {.geometry_tolerance_px = 0}));
+  EXPECT_FALSE(renderer.render(good, test::square_camera(8, 8), {Eigen::Quaterniond(0, 0, 0, 0), {1, 2, 3}}))
+      << "no rotation";
+  EXPECT_FALSE(
+      renderer.render(good, test::square_camera(8, 8), {Eigen::Quaterniond(1, 0, 0, 0), {std::nan(""), 2, 3}}));
+  EXPECT_FALSE(
+      renderer.render(good, test::square_camera(8, 8), test::over_centre(map, 10), {.geometry_tolerance_px = 0}));
 }
 
 }  // namespace

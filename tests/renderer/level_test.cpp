@@ -19,7 +19,9 @@ class Levels : public testing::Test {
     map.emplace(tile::Map::open(folder.file("m.tif")).value());
     scene.emplace(Scene::plane(map->center(), {}).with_layer("k", *map));
   }
-  Frame render(const Camera& camera, const CameraPose& pose, const RenderOptions& options) { return renderer.render(*scene, camera, pose, options).value(); }
+  Frame render(const Camera& camera, const CameraPose& pose, const RenderOptions& options) {
+    return renderer.render(*scene, camera, pose, options).value();
+  }
 
   test::TemporaryFolder folder;
   std::optional<tile::Map> map;
@@ -28,7 +30,8 @@ class Levels : public testing::Test {
 };
 
 TEST_F(Levels, FollowTheFootprintFromOneTexelToTheCoarsest) {
-  // f = 200 px: a pixel spans height / 200 texels. The map's scale on its axis is 0.9996 and 1.0 along and across: 2e-3 in levels.
+  // f = 200 px: a pixel spans height / 200 texels. The map's scale on its axis is 0.9996 and 1.0 along and across: 2e-3
+  // in levels.
   const Camera camera = test::square_camera(128, 200);
   for (const double texels : {0.5, 1.0, 1.41, 2.0, 3.0, 5.7, 8.0, 20.0}) {
     const Frame frame = render(camera, test::over_centre(*map, 200 * texels), {.quality = Quality::balanced});
@@ -38,9 +41,11 @@ TEST_F(Levels, FollowTheFootprintFromOneTexelToTheCoarsest) {
       ASSERT_NEAR(value, expected, 5e-3) << texels << " texels a pixel";
     }
     const Frame draft = render(camera, test::over_centre(*map, 200 * texels), {.quality = Quality::draft});
-    ASSERT_NEAR(draft.pixels<float>()[64 * 128 + 64], std::round(expected), std::abs(expected - std::floor(expected) - 0.5) < 0.01 ? 1 : 1e-6);
+    ASSERT_NEAR(draft.pixels<float>()[64 * 128 + 64], std::round(expected),
+                std::abs(expected - std::floor(expected) - 0.5) < 0.01 ? 1 : 1e-6);
     const Frame best = render(camera, test::over_centre(*map, 200 * texels), {.quality = Quality::best});
-    ASSERT_NEAR(best.pixels<float>()[64 * 128 + 64], std::max(0.0, expected - 1), 5e-3) << "two samples across halve what each stands for";
+    ASSERT_NEAR(best.pixels<float>()[64 * 128 + 64], std::max(0.0, expected - 1), 5e-3)
+        << "two samples across halve what each stands for";
   }
 }
 
@@ -49,28 +54,33 @@ TEST_F(Levels, ObliqueViewsShowNoSeam) {
   geodesy::Geodetic place = map->center();
   place.height_m = 900;
   for (const double pitch : {45.0, 60.0}) {
-    const Frame frame = render(camera, camera_pose(place, geodesy::YawPitchRoll::degrees(30, pitch, 10)), {.quality = Quality::balanced});
+    const Frame frame = render(camera, camera_pose(place, geodesy::YawPitchRoll::degrees(30, pitch, 10)),
+                               {.quality = Quality::balanced});
     const auto pixels = frame.pixels<float>();
     double largest_step = 0, highest = 0;
     for (int y = 0; y + 1 < 512; ++y)
       for (int x = 0; x + 1 < 512; ++x) {
         const float here = pixels[static_cast<std::size_t>(y * 512 + x)];
-        for (const float next : {pixels[static_cast<std::size_t>(y * 512 + x + 1)], pixels[static_cast<std::size_t>((y + 1) * 512 + x)]})
-          if (std::isfinite(here) && std::isfinite(next)) largest_step = std::max<double>(largest_step, std::abs(here - next));
+        for (const float next :
+             {pixels[static_cast<std::size_t>(y * 512 + x + 1)], pixels[static_cast<std::size_t>((y + 1) * 512 + x)]})
+          if (std::isfinite(here) && std::isfinite(next))
+            largest_step = std::max<double>(largest_step, std::abs(here - next));
         if (std::isfinite(here)) highest = std::max<double>(highest, here);
       }
     EXPECT_GT(highest, 0.8) << "the view no longer spans levels";
-    // The level is linear in the logarithm of range: from pixel to pixel it changes by a few thousandths. A seam between levels
-    // chosen by block would be a step of one, one in the interpolation of corners of about a tenth.
+    // The level is linear in the logarithm of range: from pixel to pixel it changes by a few thousandths. A seam
+    // between levels chosen by block would be a step of one, one in the interpolation of corners of about a tenth.
     EXPECT_LT(largest_step, 0.03) << "pitch " << pitch;
   }
 }
 
 TEST_F(Levels, ALevelNotSampledIsNotRead) {
-  const Frame frame = render(test::square_camera(128, 200), test::over_centre(*map, 200 * 8.0), {.quality = Quality::draft});
+  const Frame frame =
+      render(test::square_camera(128, 200), test::over_centre(*map, 200 * 8.0), {.quality = Quality::draft});
   EXPECT_EQ(frame.truth().finest_level, 3);
   EXPECT_EQ(frame.truth().coarsest_level, 3);
-  // 128 pixels of 8 texels over cells of 128 at level 3: two by two cells around the middle, with their neighbours' texels.
+  // 128 pixels of 8 texels over cells of 128 at level 3: two by two cells around the middle, with their neighbours'
+  // texels.
   EXPECT_LE(frame.counters().cells_loaded, 4);
 }
 

@@ -18,8 +18,11 @@ class OffMapRule : public testing::TestWithParam<GDALDataType> {
     map.emplace(tile::Map::open(folder.file("m.tif")).value());
     scene.emplace(Scene::plane(map->center(), {}).with_layer("eo", *map));
   }
-  /// At 200 m, 100 pixels of a metre look over the middle half of the map; at 400 m the map is the middle half of the view.
-  auto render(double height_m, const RenderOptions& options) { return Renderer().render(*scene, test::square_camera(100, 100), test::over_centre(*map, height_m), options); }
+  /// At 200 m, 100 pixels of a metre look over the middle half of the map; at 400 m the map is the middle half of the
+  /// view.
+  auto render(double height_m, const RenderOptions& options) {
+    return Renderer().render(*scene, test::square_camera(100, 100), test::over_centre(*map, height_m), options);
+  }
 
   test::TemporaryFolder folder;
   std::optional<tile::Map> map;
@@ -54,9 +57,10 @@ TEST_P(OffMapRule, RejectMakesNoFrameUnlessAllCornersAreOnTheMap) {
 }
 
 TEST_P(OffMapRule, ACameraThatSeesNothingGivesAFrameThatSaysSo) {
-  for (const CameraPose& pose : {test::over_centre(*map, -10),                                                      // below the ground
-                                 camera_pose(geodesy::Geodetic::degrees(47, -99, 500), {0, std::numbers::pi, 0}),  // looking up
-                                 look_down(geodesy::Geodetic::degrees(46, -98, 500), geodesy::Degrees{0})}) {      // far away
+  for (const CameraPose& pose :
+       {test::over_centre(*map, -10),                                                     // below the ground
+        camera_pose(geodesy::Geodetic::degrees(47, -99, 500), {0, std::numbers::pi, 0}),  // looking up
+        look_down(geodesy::Geodetic::degrees(46, -98, 500), geodesy::Degrees{0})}) {      // far away
     const auto frame = Renderer().render(*scene, test::square_camera(100, 100), pose);
     ASSERT_TRUE(frame);
     EXPECT_EQ(frame->truth().valid_fraction, 0);
@@ -65,7 +69,8 @@ TEST_P(OffMapRule, ACameraThatSeesNothingGivesAFrameThatSaysSo) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Types, OffMapRule, testing::Values(GDT_Byte, GDT_Float32), [](const auto& tested) { return std::string(GDALGetDataTypeName(tested.param)); });
+INSTANTIATE_TEST_SUITE_P(Types, OffMapRule, testing::Values(GDT_Byte, GDT_Float32),
+                         [](const auto& tested) { return std::string(GDALGetDataTypeName(tested.param)); });
 
 }  // namespace
 }  // namespace nadir::render

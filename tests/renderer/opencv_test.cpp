@@ -35,7 +35,9 @@ TEST(OpenCv, TheFullMapWarpedByThePublishedHomographyIsOurFrame) {
         for (int x = 0; x < 1280; ++x) {
           const std::size_t i = static_cast<std::size_t>(y * 1280 + x);
           if (!frame.layer().validity[i]) continue;
-          for (int b = 0; b < 3; ++b) sum += std::abs(int(frame.pixels<std::uint8_t>()[3 * i + static_cast<std::size_t>(b)]) - int(other.at<cv::Vec3b>(y, x)[b]));
+          for (int b = 0; b < 3; ++b)
+            sum += std::abs(int(frame.pixels<std::uint8_t>()[3 * i + static_cast<std::size_t>(b)]) -
+                            int(other.at<cv::Vec3b>(y, x)[b]));
           count += 3;
         }
       EXPECT_GT(count, 2'000'000);
@@ -47,7 +49,8 @@ TEST(OpenCv, TheFullMapWarpedByThePublishedHomographyIsOurFrame) {
     cv::Mat shifted;
     cv::warpPerspective(reference, shifted, shift * h, {1280, 720}, cv::INTER_LINEAR);
     EXPECT_GT(difference(shifted), 2);
-    std::printf("mean difference %.3f grey levels; %.3f with half a pixel's shift\n", difference(expected), difference(shifted));
+    std::printf("mean difference %.3f grey levels; %.3f with half a pixel's shift\n", difference(expected),
+                difference(shifted));
   }
 }
 

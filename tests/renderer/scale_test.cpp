@@ -1,5 +1,6 @@
-// A Web-Mercator metre is not a metre. The 2022 plugin that this project follows made its plane as large as its map's metres
-// say: 22.4 % too long to the east and 23.0 % to the north at 35.3 N, and every distance in its pictures with it.
+// A Web-Mercator metre is not a metre. The 2022 plugin that this project follows made its plane as large as its map's
+// metres say: 22.4 % too long to the east and 23.0 % to the north at 35.3 N, and every distance in its pictures with
+// it.
 #include <gtest/gtest.h>
 
 #include <GeographicLib/Geodesic.hpp>
@@ -17,7 +18,8 @@ constexpr int side = 1024, view_px = 512, mark_texels = 150, mark_half_side = 16
 
 /// A map at 35.309003 N 80.741692 W: black, with white squares to the east, north, west and south of its middle.
 test::SyntheticMap map_with_marks() {
-  const double x = radius_m * geodesy::to_radians(-80.741692), y = radius_m * std::asinh(std::tan(geodesy::to_radians(35.309003)));
+  const double x = radius_m * geodesy::to_radians(-80.741692),
+               y = radius_m * std::asinh(std::tan(geodesy::to_radians(35.309003)));
   test::SyntheticMap map;
   map.width = map.height = side;
   map.type = GDT_Byte;
@@ -25,7 +27,9 @@ test::SyntheticMap map_with_marks() {
   map.geotransform = {x - side / 2 * texel_m, texel_m, 0, y + side / 2 * texel_m, 0, -texel_m};
   map.value = [](int, int, int col, int row) {
     const double dx = std::abs(col + 0.5 - side / 2), dy = std::abs(row + 0.5 - side / 2);
-    const auto within = [](double along, double across) { return std::abs(along - mark_texels) < mark_half_side && across < mark_half_side; };
+    const auto within = [](double along, double across) {
+      return std::abs(along - mark_texels) < mark_half_side && across < mark_half_side;
+    };
     return within(dx, dy) || within(dy, dx) ? 255 : 0;
   };
   return map;
@@ -35,7 +39,8 @@ test::SyntheticMap map_with_marks() {
 double geodesic_m(const tile::Map& map, const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
   const auto lat_lon_deg = [&](const Eigen::Vector2d& texel) {
     const Eigen::Vector2d m = map.crs_from_texel() * texel;
-    return Eigen::Vector2d(geodesy::to_degrees(std::atan(std::sinh(m.y() / radius_m))), geodesy::to_degrees(m.x() / radius_m));
+    return Eigen::Vector2d(geodesy::to_degrees(std::atan(std::sinh(m.y() / radius_m))),
+                           geodesy::to_degrees(m.x() / radius_m));
   };
   const Eigen::Vector2d p = lat_lon_deg(a), q = lat_lon_deg(b);
   double distance_m = 0;
@@ -48,7 +53,8 @@ TEST(Scale, DistancesInAWebMercatorMapAreTrueAwayFromTheEquator) {
   test::write_map(map_with_marks(), folder.file("m.tif"));
   const auto map = tile::Map::open(folder.file("m.tif")).value();
   const Scene scene = Scene::plane(map.center(), {}).with_layer("eo", map);
-  const Frame frame = Renderer().render(scene, test::square_camera(view_px, focal_px), test::over_centre(map, height_m)).value();
+  const Frame frame =
+      Renderer().render(scene, test::square_camera(view_px, focal_px), test::over_centre(map, height_m)).value();
 
   // Middle of each mark in the picture, in the four sectors around the image's middle: east, south, west, north.
   std::array<Eigen::Vector3d, 4> sums;
@@ -64,7 +70,8 @@ TEST(Scale, DistancesInAWebMercatorMapAreTrueAwayFromTheEquator) {
     return (sums[a].head<2>() / sums[a].z() - sums[b].head<2>() / sums[b].z()).norm() * height_m / focal_px;
   };
   const Eigen::Vector2d middle(side / 2, side / 2), along_x(mark_texels, 0), along_y(0, mark_texels);
-  const double east_m = geodesic_m(map, middle - along_x, middle + along_x), north_m = geodesic_m(map, middle - along_y, middle + along_y);
+  const double east_m = geodesic_m(map, middle - along_x, middle + along_x),
+               north_m = geodesic_m(map, middle - along_y, middle + along_y);
 
   // A grey level off in each of a mark's 4 x 34 edge pixels would move its middle by 0.02 px of 310: 0.01 %.
   EXPECT_NEAR(metres_between(0, 2) / east_m, 1, 1e-4);
@@ -73,7 +80,8 @@ TEST(Scale, DistancesInAWebMercatorMapAreTrueAwayFromTheEquator) {
   EXPECT_NEAR(2 * mark_texels * texel_m / east_m, 1.2240, 5e-5);
   EXPECT_NEAR(2 * mark_texels * texel_m / north_m, 1.2295, 5e-5);
 
-  // What is published holds no sampling: lengths on the plane differ from geodesics by (d / R)^2 / 24, 1e-9 at a kilometre.
+  // What is published holds no sampling: lengths on the plane differ from geodesics by (d / R)^2 / 24, 1e-9 at a
+  // kilometre.
   const Truth& truth = frame.truth();
   for (std::size_t i = 0; i < 4; ++i) {
     const std::size_t next = (i + 1) % 4;

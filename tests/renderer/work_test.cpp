@@ -38,7 +38,10 @@ TEST(Work, AMapInLongitudeAndLatitudeNeverCallsTheProjectionLibrary) {
   synthetic.value = [](int, int, int, int) { return 1; };
   test::write_map(synthetic, folder.file("m.tif"));
   const auto map = tile::Map::open(folder.file("m.tif")).value();
-  const Frame frame = Renderer().render(Scene::plane(map.center(), {}).with_layer("eo", map), test::square_camera(300, 300), test::over_centre(map, 2000)).value();
+  const Frame frame = Renderer()
+                          .render(Scene::plane(map.center(), {}).with_layer("eo", map), test::square_camera(300, 300),
+                                  test::over_centre(map, 2000))
+                          .value();
   EXPECT_EQ(frame.counters().projection_points, 0);
   EXPECT_GT(frame.truth().valid_fraction, 0.99);
 }
@@ -52,7 +55,11 @@ TEST(Work, CostDoesNotGrowWithTheMap) {
     synthetic.value = [](int, int, int, int) { return 1; };
     test::write_map(synthetic, folder.file("m.tif"));
     const auto map = tile::Map::open(folder.file("m.tif")).value();
-    counters[i] = Renderer().render(Scene::plane(map.center(), {}).with_layer("eo", map), test::square_camera(200, 200), test::over_centre(map, 200)).value().counters();
+    counters[i] = Renderer()
+                      .render(Scene::plane(map.center(), {}).with_layer("eo", map), test::square_camera(200, 200),
+                              test::over_centre(map, 200))
+                      .value()
+                      .counters();
   }
   EXPECT_EQ(counters[0].cells, counters[1].cells);
   EXPECT_EQ(counters[0].samples_read, counters[1].samples_read);

@@ -45,7 +45,8 @@ TEST(FootprintSamples, EachSampleStandsForTheShorterAxis) {
     EXPECT_NEAR(p.samples_y, 1, 1e-12);
   }
   EXPECT_NEAR(footprint_samples(turned(0, 12, 3), 2, 16, 1e9).samples_x, 8, 1e-12);
-  EXPECT_NEAR(footprint_samples(turned(0, 300, 3), 1, 16, 1e9).texels, 300.0 / 16, 1e-12) << "beyond 16 to 1 the footprint is blurred";
+  EXPECT_NEAR(footprint_samples(turned(0, 300, 3), 1, 16, 1e9).texels, 300.0 / 16, 1e-12)
+      << "beyond 16 to 1 the footprint is blurred";
 }
 
 TEST(FootprintSamples, NeedNoMoreThanOneWhenZoomedIn) {
@@ -61,7 +62,8 @@ TEST(FootprintSamples, GrowInNumberWhereTheMapLacksLevels) {
 }
 
 TEST(FootprintSamples, AFootprintWithoutAreaIsStillDefined) {
-  for (const SamplePattern& p : {footprint_samples(Eigen::Matrix2d::Zero(), 1, 16, 8), footprint_samples(turned(0.1, 5, 0), 1, 16, 8)}) {
+  for (const SamplePattern& p :
+       {footprint_samples(Eigen::Matrix2d::Zero(), 1, 16, 8), footprint_samples(turned(0.1, 5, 0), 1, 16, 8)}) {
     EXPECT_GT(p.texels, 0);
     EXPECT_TRUE(std::isfinite(p.samples_x) && std::isfinite(p.samples_y));
   }

@@ -142,7 +142,8 @@ TEST_F(RunFileText, WhatIsNotSaidHasTheDocumentedDefault) {
 }
 
 TEST_F(RunFileText, WrittenBackAndReadAgainNothingChanges) {
-  const std::string awkward = replaced(replaced(small_run, "m.tif", "'a \"b\": {c}, #d é\\.tif'"), "height: 100 agl", "height: 1234567.0000001 msl, yaw_deg: -1e-17, north_m: 1e21");
+  const std::string awkward = replaced(replaced(small_run, "m.tif", "'a \"b\": {c}, #d é\\.tif'"), "height: 100 agl",
+                                       "height: 1234567.0000001 msl, yaw_deg: -1e-17, north_m: 1e21");
   for (const std::string& text : {std::string(full_run), std::string(small_run), awkward}) {
     const RunFile first = read(text).value();
     const std::string written = to_yaml(first);
@@ -173,26 +174,41 @@ TEST_F(RunFileText, WrittenBackAndReadAgainNothingChanges) {
 }
 
 TEST_F(RunFileText, AnUnknownKeyIsToldWithItsLineAndTheNearestOne) {
-  const auto said = [&](const std::string& what, const std::string& with) { return message(replaced(full_run, what, with)); };
+  const auto said = [&](const std::string& what, const std::string& with) {
+    return message(replaced(full_run, what, with));
+  };
   EXPECT_EQ(said("seed:", "sede:"), "run.yaml:1: unknown key 'sede'; did you mean 'seed'?");
   EXPECT_EQ(said("ground:", "gruond:"), "run.yaml:6: unknown key 'scene.gruond'; did you mean 'ground'?");
   EXPECT_EQ(said("role: radar", "rol: radar"), "run.yaml:9: unknown key 'scene.layers.sar.rol'; did you mean 'role'?");
-  EXPECT_EQ(said("pitch_deg: 0.1", "pitch: 0.1"), "run.yaml:21: unknown key 'vehicles.plane1.sensors.rgb.mount.pitch'; known are x_m, yaw_deg, y_m, pitch_deg, z_m, roll_deg");
-  EXPECT_EQ(said("{north_m: 1500, east_m: 1500}", "{north_m: 1500, east_m: 1500, heihgt: 3}"), "run.yaml:17: unknown key 'vehicles.plane1.mission[1].heihgt'; did you mean 'height'?");
-  EXPECT_EQ(said("truth_rows:", "truth_row:"), "run.yaml:26: unknown key 'record.truth_row'; did you mean 'truth_rows'?");
+  EXPECT_EQ(said("pitch_deg: 0.1", "pitch: 0.1"),
+            "run.yaml:21: unknown key 'vehicles.plane1.sensors.rgb.mount.pitch'; known are x_m, yaw_deg, y_m, "
+            "pitch_deg, z_m, roll_deg");
+  EXPECT_EQ(said("{north_m: 1500, east_m: 1500}", "{north_m: 1500, east_m: 1500, heihgt: 3}"),
+            "run.yaml:17: unknown key 'vehicles.plane1.mission[1].heihgt'; did you mean 'height'?");
+  EXPECT_EQ(said("truth_rows:", "truth_row:"),
+            "run.yaml:26: unknown key 'record.truth_row'; did you mean 'truth_rows'?");
 }
 
 TEST_F(RunFileText, AllFaultsAreInOneMessage) {
   std::string text = full_run;
-  for (const auto& [what, with] : {std::pair("seed: 7", "seed: -7"), {"lat_deg: 38.10", "lat_deg: 95"}, {"role: radar", "role: rader"}, {"quality: best", "quality: bset"},
-                                   {"model: aerosonde", "model: aerosond"}, {"layer: eo,", "layer: e0,"}, {"range: [0, 2500]", "range: [2500, 0]"}, {"duration_s: 60.000000001", "duration_s: 0"}})
+  for (const auto& [what, with] : {std::pair("seed: 7", "seed: -7"),
+                                   {"lat_deg: 38.10", "lat_deg: 95"},
+                                   {"role: radar", "role: rader"},
+                                   {"quality: best", "quality: bset"},
+                                   {"model: aerosonde", "model: aerosond"},
+                                   {"layer: eo,", "layer: e0,"},
+                                   {"range: [0, 2500]", "range: [2500, 0]"},
+                                   {"duration_s: 60.000000001", "duration_s: 0"}})
     text = replaced(text, what, with);
   const std::string said = message(text);
   std::size_t at = 0;
-  for (const char* part : {"run.yaml:1: 'seed': expected a whole number from 0", "run.yaml:4: 'scene.origin.lat_deg': expected a latitude", "run.yaml:9: 'scene.layers.sar.role':",
-                           "run.yaml:12: 'render.quality':", "run.yaml:15: 'vehicles.plane1.model': no model 'aerosond'; did you mean 'aerosonde'?",
-                           "run.yaml:21: 'vehicles.plane1.sensors.rgb.layer': no layer 'e0' in the scene; did you mean 'eo'?",
-                           "run.yaml:21: 'vehicles.plane1.sensors.rgb.range': expected two rising numbers", "run.yaml:27: 'duration_s': expected a positive time"}) {
+  for (const char* part :
+       {"run.yaml:1: 'seed': expected a whole number from 0", "run.yaml:4: 'scene.origin.lat_deg': expected a latitude",
+        "run.yaml:9: 'scene.layers.sar.role':", "run.yaml:12: 'render.quality':",
+        "run.yaml:15: 'vehicles.plane1.model': no model 'aerosond'; did you mean 'aerosonde'?",
+        "run.yaml:21: 'vehicles.plane1.sensors.rgb.layer': no layer 'e0' in the scene; did you mean 'eo'?",
+        "run.yaml:21: 'vehicles.plane1.sensors.rgb.range': expected two rising numbers",
+        "run.yaml:27: 'duration_s': expected a positive time"}) {
     const std::size_t found = said.find(part);
     EXPECT_NE(found, std::string::npos) << part << "\nin\n" << said;
     EXPECT_GE(found, at) << part << " comes too early";
@@ -203,28 +219,45 @@ TEST_F(RunFileText, AllFaultsAreInOneMessage) {
 
 TEST_F(RunFileText, NamesThatWouldLeaveTheDatasetFolderAreRefused) {
   for (const char* bad : {"../x", "a/b", "..", ".", "a b", "é"})
-    for (const auto& [key, indent, place] : {std::tuple("  p:", "  ", "vehicles"), {"cam:", "", "vehicles.p.sensors"}, {"    eo:", "    ", "scene.layers"}}) {
+    for (const auto& [key, indent, place] : {std::tuple("  p:", "  ", "vehicles"),
+                                             {"cam:", "", "vehicles.p.sensors"},
+                                             {"    eo:", "    ", "scene.layers"}}) {
       const std::string said = message(replaced(small_run, key, fmt::format("{}'{}':", indent, bad)));
-      EXPECT_NE(said.find(fmt::format("'{}.{}': expected a name of letters, digits", place, bad)), std::string::npos) << said;
+      EXPECT_NE(said.find(fmt::format("'{}.{}': expected a name of letters, digits", place, bad)), std::string::npos)
+          << said;
     }
   EXPECT_EQ(message(replaced(small_run, "cam:", "cam-2_B:")), "accepted");
 }
 
 TEST_F(RunFileText, WhatAVehicleOrASensorNeedsIsAskedFor) {
-  EXPECT_EQ(message("seed: 1\n"), "run.yaml:1: expected the key 'scene'\nrun.yaml:1: expected the key 'vehicles'\nrun.yaml:1: expected the key 'duration_s'");
-  EXPECT_NE(message(replaced(small_run, "{layer: eo, camera: c.yaml, rate_hz: 1}", "{}")).find("expected the key 'vehicles.p.sensors.cam.layer'"), std::string::npos);
-  EXPECT_NE(message(replaced(small_run, "start: {height: 100 agl}", "model: poses")).find("expected the key 'vehicles.p.poses'"), std::string::npos);
-  EXPECT_NE(message(replaced(small_run, "start: {height: 100 agl}", "start: {yaw_deg: 1}")).find("expected the key 'vehicles.p.start.height'"), std::string::npos);
-  EXPECT_NE(message(replaced(small_run, "{map: m.tif}", "{role: radar}")).find("expected the key 'scene.layers.eo.map'"), std::string::npos);
-  EXPECT_NE(message(replaced(small_run, "layer: eo", "layer: ''")).find("sensors.cam.layer': no layer ''"), std::string::npos);
+  EXPECT_EQ(message("seed: 1\n"),
+            "run.yaml:1: expected the key 'scene'\nrun.yaml:1: expected the key 'vehicles'\nrun.yaml:1: expected the "
+            "key 'duration_s'");
+  EXPECT_NE(message(replaced(small_run, "{layer: eo, camera: c.yaml, rate_hz: 1}", "{}"))
+                .find("expected the key 'vehicles.p.sensors.cam.layer'"),
+            std::string::npos);
+  EXPECT_NE(message(replaced(small_run, "start: {height: 100 agl}", "model: poses"))
+                .find("expected the key 'vehicles.p.poses'"),
+            std::string::npos);
+  EXPECT_NE(message(replaced(small_run, "start: {height: 100 agl}", "start: {yaw_deg: 1}"))
+                .find("expected the key 'vehicles.p.start.height'"),
+            std::string::npos);
+  EXPECT_NE(
+      message(replaced(small_run, "{map: m.tif}", "{role: radar}")).find("expected the key 'scene.layers.eo.map'"),
+      std::string::npos);
+  EXPECT_NE(message(replaced(small_run, "layer: eo", "layer: ''")).find("sensors.cam.layer': no layer ''"),
+            std::string::npos);
 }
 
 TEST_F(RunFileText, ValuesThatCannotBeAreRefused) {
-  const auto said = [&](const std::string& what, const std::string& with) { return message(replaced(full_run, what, with)); };
+  const auto said = [&](const std::string& what, const std::string& with) {
+    return message(replaced(full_run, what, with));
+  };
   EXPECT_NE(said("rate_hz: 29.97", "rate_hz: 0").find("'0': expected a rate"), std::string::npos);
   EXPECT_NE(said("airspeed_mps: 27.5", "airspeed_mps: -1").find("expected a positive number"), std::string::npos);
   EXPECT_NE(said("turn_radius_m: 300", "turn_radius_m: .nan").find("expected a number"), std::string::npos);
-  EXPECT_NE(said("geometry_tolerance_px: 0.2", "geometry_tolerance_px: 2").find("expected at most 1"), std::string::npos);
+  EXPECT_NE(said("geometry_tolerance_px: 0.2", "geometry_tolerance_px: 2").find("expected at most 1"),
+            std::string::npos);
   EXPECT_NE(said("ground: 15 msl", "ground: 15 agl").find("it is the ground"), std::string::npos);
   EXPECT_NE(said("surface: plane", "surface: terrain").find("expected plane"), std::string::npos);
   EXPECT_NE(said("earth: flat", "earth: disc").find("expected wgs84 or flat, found 'disc'"), std::string::npos);

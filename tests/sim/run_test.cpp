@@ -47,9 +47,12 @@ struct Recorder final : Sink {
 };
 
 bool same(const VehicleState& a, const VehicleState& b) {
-  return a.time_ns == b.time_ns && a.ecef_from_body.origin == b.ecef_from_body.origin && a.ecef_from_body.rotation.coeffs() == b.ecef_from_body.rotation.coeffs() &&
+  return a.time_ns == b.time_ns && a.ecef_from_body.origin == b.ecef_from_body.origin &&
+         a.ecef_from_body.rotation.coeffs() == b.ecef_from_body.rotation.coeffs() &&
          a.flight.has_value() == b.flight.has_value() &&
-         (!a.flight || (a.flight->velocity_ned_mps == b.flight->velocity_ned_mps && a.flight->throttle == b.flight->throttle && a.flight->off_path_right_m == b.flight->off_path_right_m));
+         (!a.flight ||
+          (a.flight->velocity_ned_mps == b.flight->velocity_ned_mps && a.flight->throttle == b.flight->throttle &&
+           a.flight->off_path_right_m == b.flight->off_path_right_m));
 }
 
 class FlownRun : public testing::Test {
@@ -62,24 +65,30 @@ class FlownRun : public testing::Test {
     map.geotransform = {-0.78, 5e-5, 0, 38.13, 0, -5e-5};
     map.value = [](int, int band, int col, int row) { return (band * 40 + col + 3 * row) % 251; };
     test::write_map(map, folder.file("m.tif"));
-    folder.write("c.yaml", "image_width: 120\nimage_height: 90\ncamera_matrix: {rows: 3, cols: 3, data: [100, 0, 59.5, 0, 100, 44.5, 0, 0, 1]}\n");
+    folder.write("c.yaml",
+                 "image_width: 120\nimage_height: 90\ncamera_matrix: {rows: 3, cols: 3, data: [100, 0, 59.5, 0, 100, "
+                 "44.5, 0, 0, 1]}\n");
   }
 
-  static std::string plane(const std::string& name, const std::string& sensors, const std::string& start = "height: 500 agl, yaw_deg: 30") {
-    return fmt::format("  {}:\n    start: {{{}}}\n    mission: [{{north_m: 60, east_m: 120}}, {{north_m: -400, east_m: 100}}]\n{}", name, start,
-                       sensors.empty() ? "" : "    sensors:\n" + sensors);
+  static std::string plane(const std::string& name, const std::string& sensors,
+                           const std::string& start = "height: 500 agl, yaw_deg: 30") {
+    return fmt::format(
+        "  {}:\n    start: {{{}}}\n    mission: [{{north_m: 60, east_m: 120}}, {{north_m: -400, east_m: 100}}]\n{}",
+        name, start, sensors.empty() ? "" : "    sensors:\n" + sensors);
   }
   static std::string sensor(const std::string& name, const std::string& rate_hz, const std::string& more = "") {
     return fmt::format("      {}: {{layer: eo, camera: c.yaml, rate_hz: {}{}}}\n", name, rate_hz, more);
   }
   Result<sim::Run> prepare(const std::string& vehicles, const std::string& duration_s, const std::string& more = "") {
     const auto file = read_run_file(folder.write(
-        "run.yaml", fmt::format("duration_s: {}\nscene:\n  ground: 20\n  layers:\n    eo: {{map: m.tif, bands: [4, 2]}}\nenvironment: {{wind: {{north_mps: 3, east_mps: -2}}}}\n{}vehicles:\n{}",
+        "run.yaml", fmt::format("duration_s: {}\nscene:\n  ground: 20\n  layers:\n    eo: {{map: m.tif, bands: [4, "
+                                "2]}}\nenvironment: {{wind: {{north_mps: 3, east_mps: -2}}}}\n{}vehicles:\n{}",
                                 duration_s, more, vehicles)));
     if (!file) return fail(file);
     return sim::Run::prepare(*file);
   }
-  Recorder execute(const std::string& vehicles, const std::string& duration_s, bool frames, const std::string& more = "") {
+  Recorder execute(const std::string& vehicles, const std::string& duration_s, bool frames,
+                   const std::string& more = "") {
     Recorder recorder;
     auto run = prepare(vehicles, duration_s, more);
     EXPECT_TRUE(run) << (run ? "" : run.error().message);
@@ -94,16 +103,20 @@ class FlownRun : public testing::Test {
 };
 
 TEST_F(FlownRun, AFrameBetweenTwoStepsOfTheMotionHasThePoseOfItsOwnTime) {
-  // 1100 Hz against 400 Hz steps: exposures at every part of a step. The motion is smooth, so a pose lies between its neighbours to within
-  // a h^2 / 2 on unlike intervals h <= 0.91 ms; the aircraft's acceleration a stays below 2 g: 8e-6 m. Rounding of ECEF: 1e-9 m.
+  // 1100 Hz against 400 Hz steps: exposures at every part of a step. The motion is smooth, so a pose lies between its
+  // neighbours to within a h^2 / 2 on unlike intervals h <= 0.91 ms; the aircraft's acceleration a stays below 2 g:
+  // 8e-6 m. Rounding of ECEF: 1e-9 m.
   const auto exposures = execute(plane("p", sensor("cam", "1100")), "2", false).exposures.at("p/cam");
   ASSERT_EQ(exposures.size(), 2201u);
   double worst_m = 0;
   for (std::size_t i = 1; i + 1 < exposures.size(); ++i) {
     const VehicleState &a = exposures[i - 1].state, &b = exposures[i].state, &c = exposures[i + 1].state;
     const double s = static_cast<double>(b.time_ns - a.time_ns) / static_cast<double>(c.time_ns - a.time_ns);
-    worst_m = std::max(worst_m, (a.ecef_from_body.origin + s * (c.ecef_from_body.origin - a.ecef_from_body.origin) - b.ecef_from_body.origin).norm());
-    ASSERT_GT((c.ecef_from_body.origin - b.ecef_from_body.origin).norm(), 0.015) << "at more than 20 m/s; at " << c.time_ns << " ns";
+    worst_m = std::max(worst_m, (a.ecef_from_body.origin + s * (c.ecef_from_body.origin - a.ecef_from_body.origin) -
+                                 b.ecef_from_body.origin)
+                                    .norm());
+    ASSERT_GT((c.ecef_from_body.origin - b.ecef_from_body.origin).norm(), 0.015)
+        << "at more than 20 m/s; at " << c.time_ns << " ns";
   }
   EXPECT_LE(worst_m, 8e-6);
   EXPECT_GT(worst_m, 1e-8) << "it turns and climbs";
@@ -111,7 +124,8 @@ TEST_F(FlownRun, AFrameBetweenTwoStepsOfTheMotionHasThePoseOfItsOwnTime) {
 
 TEST_F(FlownRun, HowOftenItIsLookedAtDoesNotChangeTheFlight) {
   const auto coarse = execute(plane("p", sensor("cam", "30")), "3", false, "record: {telemetry_rate_hz: 7}\n");
-  const auto fine = execute(plane("p", sensor("cam", "300") + sensor("other", "77.7")), "3", false, "record: {telemetry_rate_hz: 400}\n");
+  const auto fine = execute(plane("p", sensor("cam", "300") + sensor("other", "77.7")), "3", false,
+                            "record: {telemetry_rate_hz: 400}\n");
   const auto &few = coarse.exposures.at("p/cam"), &many = fine.exposures.at("p/cam");
   ASSERT_EQ(few.size(), 91u);
   int between_steps = 0;
@@ -123,37 +137,48 @@ TEST_F(FlownRun, HowOftenItIsLookedAtDoesNotChangeTheFlight) {
 }
 
 TEST_F(FlownRun, ACamerasPoseIsItsVehiclesWithTheMount) {
-  const auto exposures = execute(plane("p", sensor("cam", "3", ", mount: {x_m: 2, pitch_deg: 10}")), "1", false).exposures.at("p/cam");
+  const auto exposures =
+      execute(plane("p", sensor("cam", "3", ", mount: {x_m: 2, pitch_deg: 10}")), "1", false).exposures.at("p/cam");
   for (const auto& e : exposures) {
-    const auto expected = e.state.ecef_from_body * render::body_from_camera({{2, 0, 0}, geodesy::YawPitchRoll::degrees(0, 10, 0)});
+    const auto expected =
+        e.state.ecef_from_body * render::body_from_camera({{2, 0, 0}, geodesy::YawPitchRoll::degrees(0, 10, 0)});
     EXPECT_EQ(e.ecef_from_camera.origin, expected.origin);
     EXPECT_NEAR((e.ecef_from_camera.origin - e.state.ecef_from_body.origin).norm(), 2, 1e-8);
   }
 }
 
 TEST_F(FlownRun, VehiclesOfOneRunDoNotDisturbEachOther) {
-  const std::string one = plane("one", sensor("cam", "7")), two = plane("two", sensor("cam", "5"), "height: 400 agl, yaw_deg: -80, airspeed_mps: 30, north_m: 100");
-  const Recorder both = execute(one + two, "2", true), alone1 = execute(one, "2", true), alone2 = execute(two, "2", true);
+  const std::string one = plane("one", sensor("cam", "7")),
+                    two = plane("two", sensor("cam", "5"),
+                                "height: 400 agl, yaw_deg: -80, airspeed_mps: 30, north_m: 100");
+  const Recorder both = execute(one + two, "2", true), alone1 = execute(one, "2", true),
+                 alone2 = execute(two, "2", true);
   for (const auto& [name, alone] : {std::pair<std::string, const Recorder&>("one", alone1), {"two", alone2}}) {
     const auto &together = both.states.at(name), &single = alone.states.at(name);
     ASSERT_EQ(together.size(), 101u);
     ASSERT_EQ(together.size(), single.size());
-    for (std::size_t i = 0; i < single.size(); ++i) EXPECT_TRUE(same(together[i], single[i])) << name << " at " << single[i].time_ns << " ns";
+    for (std::size_t i = 0; i < single.size(); ++i)
+      EXPECT_TRUE(same(together[i], single[i])) << name << " at " << single[i].time_ns << " ns";
     const auto &frames = both.exposures.at(name + "/cam"), &single_frames = alone.exposures.at(name + "/cam");
     ASSERT_EQ(frames.size(), single_frames.size());
-    for (std::size_t i = 0; i < frames.size(); ++i) EXPECT_EQ(frames[i].samples, single_frames[i].samples) << name << ", frame " << i;
+    for (std::size_t i = 0; i < frames.size(); ++i)
+      EXPECT_EQ(frames[i].samples, single_frames[i].samples) << name << ", frame " << i;
   }
   EXPECT_FALSE(same(both.states.at("one").back(), both.states.at("two").back())) << "they fly differently";
 }
 
 TEST_F(FlownRun, AFlatPinholeRunOverLongitudeAndLatitudeDoesNothingThatItsSceneDoesNotNeed) {
-  const auto exposures = execute("  p:\n    start: {height: 500 agl, yaw_deg: 30}\n    sensors:\n" + sensor("cam", "10"), "2", true).exposures.at("p/cam");
+  const auto exposures =
+      execute("  p:\n    start: {height: 500 agl, yaw_deg: 30}\n    sensors:\n" + sensor("cam", "10"), "2", true)
+          .exposures.at("p/cam");
   ASSERT_EQ(exposures.size(), 21u);
   std::int64_t loaded = 0;
   for (const auto& e : exposures) {
     EXPECT_EQ(e.counters.projection_points, 0) << "longitude and latitude need no projection library";
-    EXPECT_LT(e.counters.exact_points, 120 * 90 / 10) << "the chain is evaluated where the mapping is planned, not at the 10800 pixels";
-    EXPECT_EQ(e.counters.samples_read, e.counters.cells_loaded * tile::cell_stride * tile::cell_stride * 2) << "two bands of five";
+    EXPECT_LT(e.counters.exact_points, 120 * 90 / 10)
+        << "the chain is evaluated where the mapping is planned, not at the 10800 pixels";
+    EXPECT_EQ(e.counters.samples_read, e.counters.cells_loaded * tile::cell_stride * tile::cell_stride * 2)
+        << "two bands of five";
     EXPECT_FALSE(e.samples.empty());
     loaded += e.counters.cells_loaded;
   }
@@ -165,11 +190,15 @@ TEST_F(FlownRun, AFlatPinholeRunOverLongitudeAndLatitudeDoesNothingThatItsSceneD
 }
 
 TEST_F(FlownRun, FramesTakeNoPartInTheFlight) {
-  const Recorder with = execute(plane("p", sensor("cam", "10")), "1", true), without = execute(plane("p", sensor("cam", "10")), "1", false);
+  const Recorder with = execute(plane("p", sensor("cam", "10")), "1", true),
+                 without = execute(plane("p", sensor("cam", "10")), "1", false);
   ASSERT_EQ(with.states.at("p").size(), without.states.at("p").size());
-  for (std::size_t i = 0; i < with.states.at("p").size(); ++i) EXPECT_TRUE(same(with.states.at("p")[i], without.states.at("p")[i]));
+  for (std::size_t i = 0; i < with.states.at("p").size(); ++i)
+    EXPECT_TRUE(same(with.states.at("p")[i], without.states.at("p")[i]));
   for (const auto& e : without.exposures.at("p/cam")) EXPECT_TRUE(e.samples.empty()) << "a rehearsal renders nothing";
-  EXPECT_EQ(with.exposures.at("p/cam")[3].ecef_from_camera.origin, without.exposures.at("p/cam")[3].ecef_from_camera.origin) << "but it says where the camera would look";
+  EXPECT_EQ(with.exposures.at("p/cam")[3].ecef_from_camera.origin,
+            without.exposures.at("p/cam")[3].ecef_from_camera.origin)
+      << "but it says where the camera would look";
 }
 
 TEST_F(FlownRun, AFailureIsToldAndLeavesSinksFinished) {
@@ -187,7 +216,8 @@ TEST_F(FlownRun, AFailureIsToldAndLeavesSinksFinished) {
 
 TEST_F(FlownRun, OffTheMapAFrameIsRejectedOrMaskedAsItsSensorSays) {
   const std::string start = "height: 500 agl, yaw_deg: 30, north_m: 20000";  // the map ends at 2.8 km
-  const auto exposures = execute(plane("p", sensor("strict", "2", ", off_map: reject") + sensor("mild", "2"), start), "1", true).exposures;
+  const auto exposures =
+      execute(plane("p", sensor("strict", "2", ", off_map: reject") + sensor("mild", "2"), start), "1", true).exposures;
   for (const auto& e : exposures.at("p/strict")) {
     EXPECT_NE(e.rejected, "");
     EXPECT_TRUE(e.samples.empty());
@@ -204,8 +234,11 @@ TEST_F(FlownRun, WhatCannotFlyIsSaidBeforeTheFirstStep) {
     return run ? std::string("accepted") : run.error().message;
   };
   EXPECT_NE(said(plane("p", "", "height: 500 agl, airspeed_mps: 60")).find("vehicle p: "), std::string::npos);
-  EXPECT_NE(said("  p: {start: {height: 500 agl}, mission: [{north_m: 0, east_m: 0}]}\n").find("vehicle p: "), std::string::npos) << "a leg of no length";
-  EXPECT_NE(said(plane("p", "      cam: {layer: eo, camera: gone.yaml, rate_hz: 1}\n")).find("gone.yaml"), std::string::npos);
+  EXPECT_NE(said("  p: {start: {height: 500 agl}, mission: [{north_m: 0, east_m: 0}]}\n").find("vehicle p: "),
+            std::string::npos)
+      << "a leg of no length";
+  EXPECT_NE(said(plane("p", "      cam: {layer: eo, camera: gone.yaml, rate_hz: 1}\n")).find("gone.yaml"),
+            std::string::npos);
 }
 
 class RecordedRun : public FlownRun {
@@ -218,7 +251,9 @@ class RecordedRun : public FlownRun {
 };
 
 TEST_F(RecordedRun, BetweenRowsThePoseMovesStraightAndTurnsEvenly) {
-  const auto exposures = execute(recorded("0,38.1,-0.76,500,0,0,0\n1,38.1,-0.76,600,30,0,0\n2,38.1,-0.76,600,30,0,8\n"), "2", false).exposures.at("r/cam");
+  const auto exposures =
+      execute(recorded("0,38.1,-0.76,500,0,0,0\n1,38.1,-0.76,600,30,0,0\n2,38.1,-0.76,600,30,0,8\n"), "2", false)
+          .exposures.at("r/cam");
   ASSERT_EQ(exposures.size(), 61u);
   for (const auto& e : exposures) {
     const double t = static_cast<double>(e.state.time_ns) * 1e-9;
@@ -230,7 +265,9 @@ TEST_F(RecordedRun, BetweenRowsThePoseMovesStraightAndTurnsEvenly) {
 }
 
 TEST_F(RecordedRun, ATurnThroughNorthGoesTheShortWay) {
-  const auto exposures = execute(recorded("0,38.1,-0.76,500,350,0,0\n1,38.1,-0.76,500,10,0,0\n", sensor("cam", "2")), "1", false).exposures.at("r/cam");
+  const auto exposures =
+      execute(recorded("0,38.1,-0.76,500,350,0,0\n1,38.1,-0.76,500,10,0,0\n", sensor("cam", "2")), "1", false)
+          .exposures.at("r/cam");
   EXPECT_NEAR(std::remainder(geodesy::to_degrees(exposures[1].state.attitude.yaw_rad), 360), 0, 1e-6);
 }
 
@@ -241,8 +278,13 @@ TEST_F(RecordedRun, TimesBeyondItsFileAreRefusedBeforeTheFirstStep) {
   };
   const std::string rows = "0,38.1,-0.76,500,0,0,0\n2,38.1,-0.76,600,0,0,0\n";
   EXPECT_EQ(said(rows, "2"), "accepted") << "its last row is the end";
-  EXPECT_NE(said(rows, "2.000000001").find("poses.csv: has poses from 0 s to 2 s, and the run needs them from 0 s to 2.000000001 s"), std::string::npos) << said(rows, "2.000000001");
-  EXPECT_NE(said("0.5,38.1,-0.76,500,0,0,0\n2,38.1,-0.76,600,0,0,0\n", "2").find("has poses from 0.5 s"), std::string::npos) << "nor before its first row";
+  EXPECT_NE(said(rows, "2.000000001")
+                .find("poses.csv: has poses from 0 s to 2 s, and the run needs them from 0 s to 2.000000001 s"),
+            std::string::npos)
+      << said(rows, "2.000000001");
+  EXPECT_NE(said("0.5,38.1,-0.76,500,0,0,0\n2,38.1,-0.76,600,0,0,0\n", "2").find("has poses from 0.5 s"),
+            std::string::npos)
+      << "nor before its first row";
 }
 
 }  // namespace

@@ -49,12 +49,18 @@ TEST(Rate, SamplesLieWhereWholeNumberArithmeticPutsThem) {
   EXPECT_EQ(hz("0.1").time_ns(1), 10'000'000'000);
   EXPECT_EQ(hz("0.000001").time_ns(9), 9'000'000'000'000'000);
   EXPECT_EQ(hz("1000000").time_ns(12345), 12'345'000);
-  for (const auto& [text, micro_hz] : {std::pair("30", 30'000'000), {"29.97", 29'970'000}, {"0.1", 100'000}, {"400", 400'000'000}, {"59.940059", 59'940'059}})
-    for (const std::int64_t k : {0, 1, 2, 7, 1000, 12'345'678}) EXPECT_EQ(hz(text).time_ns(k), exact_ns(k, micro_hz)) << text << " Hz, sample " << k;
+  for (const auto& [text, micro_hz] : {std::pair("30", 30'000'000),
+                                       {"29.97", 29'970'000},
+                                       {"0.1", 100'000},
+                                       {"400", 400'000'000},
+                                       {"59.940059", 59'940'059}})
+    for (const std::int64_t k : {0, 1, 2, 7, 1000, 12'345'678})
+      EXPECT_EQ(hz(text).time_ns(k), exact_ns(k, micro_hz)) << text << " Hz, sample " << k;
 }
 
 TEST(Rate, DoesNotDriftInABillionSamples) {
-  EXPECT_EQ(hz("30").time_ns(1'000'000'000), 33'333'333'333'333'333) << "a period kept in nanoseconds would be 0.3 s early by then";
+  EXPECT_EQ(hz("30").time_ns(1'000'000'000), 33'333'333'333'333'333)
+      << "a period kept in nanoseconds would be 0.3 s early by then";
   EXPECT_EQ(hz("29.97").time_ns(2'997'000'000), 100'000'000'000'000'000);
   for (std::int64_t k = 1'000'000'000; k < 1'000'000'030; ++k) {
     const std::int64_t period_ns = hz("30").time_ns(k + 1) - hz("30").time_ns(k);
@@ -66,7 +72,8 @@ TEST(Rate, IsReadFromDecimalTextOnly) {
   EXPECT_EQ(hz(" 10 ").hz(), 10);
   EXPECT_EQ(hz("29.97").hz(), 29.97);
   EXPECT_EQ(hz(".5").hz(), 0.5);
-  for (const char* bad : {"", "0", "-1", "1e3", "0.0000001", "0.0000009", "1.0000001", "1000000.000001", "nan", "inf", "10 Hz", "1/30", "99999999999999999999"}) {
+  for (const char* bad : {"", "0", "-1", "1e3", "0.0000001", "0.0000009", "1.0000001", "1000000.000001", "nan", "inf",
+                          "10 Hz", "1/30", "99999999999999999999"}) {
     const auto rate = Rate::parse_hz(bad);
     ASSERT_FALSE(rate) << bad;
     EXPECT_NE(rate.error().message.find("expected a rate from 0.000001"), std::string::npos) << rate.error().message;
@@ -82,7 +89,8 @@ TEST(Scheduler, RunsEverySampleAtItsOwnTimeInTheOrderOfTime) {
   std::vector<Event> expected;
   for (std::int64_t k = 0; k <= 30; ++k) expected.push_back({'c', exact_ns(k, 30'000'000)});
   for (std::int64_t k = 0; k <= 7; ++k) expected.push_back({'d', exact_ns(k, 7'000'000)});
-  std::stable_sort(expected.begin(), expected.end(), [](const Event& a, const Event& b) { return a.time_ns < b.time_ns; });
+  std::stable_sort(expected.begin(), expected.end(),
+                   [](const Event& a, const Event& b) { return a.time_ns < b.time_ns; });
   EXPECT_EQ(events, expected);
 }
 
@@ -95,7 +103,11 @@ TEST(Scheduler, AtOneInstantDecisionsComeBeforeObservationsBeforeMotion) {
   scheduler.add(Stage::Observe, hz("1"), note(events, 'p'));
   scheduler.add(Stage::Decide, hz("2"), note(events, 'e'));
   ASSERT_TRUE(scheduler.run(1'000'000'000));
-  EXPECT_EQ(parts(events), "deopm" "eom" "deop") << "within a stage in the order of addition; no motion at the end";
+  EXPECT_EQ(parts(events),
+            "deopm"
+            "eom"
+            "deop")
+      << "within a stage in the order of addition; no motion at the end";
 }
 
 TEST(Scheduler, MotionStopsAtTheEndAndObservationIncludesIt) {
@@ -123,7 +135,12 @@ TEST(Scheduler, NothingRunsAfterTheFirstFailure) {
   const auto done = scheduler.run(10'000'000'000);
   ASSERT_FALSE(done);
   EXPECT_EQ(done.error().message, "the disk is full");
-  EXPECT_EQ(parts(events), "afb" "a" "afb" "a" "af");
+  EXPECT_EQ(parts(events),
+            "afb"
+            "a"
+            "afb"
+            "a"
+            "af");
 }
 
 TEST(Scheduler, NothingToDoEndsAtOnce) {
@@ -154,7 +171,8 @@ TEST(Scheduler, PacingDelaysAndChangesNoSequence) {
   };
   const auto start = std::chrono::steady_clock::now();
   const auto paced = run(2);
-  EXPECT_GE(std::chrono::steady_clock::now() - start, std::chrono::milliseconds(95)) << "the last motion is at 190 ms, half of that at twice the speed";
+  EXPECT_GE(std::chrono::steady_clock::now() - start, std::chrono::milliseconds(95))
+      << "the last motion is at 190 ms, half of that at twice the speed";
   EXPECT_EQ(paced, run(0));
   EXPECT_EQ(paced.size(), 20u + 7u + 11u);
 }

@@ -13,7 +13,8 @@ void fill(GDALRasterBand& band, const std::function<double(int, int)>& value) {
   std::vector<double> row(static_cast<std::size_t>(band.GetXSize()));
   for (int y = 0; y < band.GetYSize(); ++y) {
     for (int x = 0; x < band.GetXSize(); ++x) row[static_cast<std::size_t>(x)] = value(x, y);
-    if (band.RasterIO(GF_Write, 0, y, band.GetXSize(), 1, row.data(), band.GetXSize(), 1, GDT_Float64, 0, 0, nullptr) != CE_None)
+    if (band.RasterIO(GF_Write, 0, y, band.GetXSize(), 1, row.data(), band.GetXSize(), 1, GDT_Float64, 0, 0, nullptr) !=
+        CE_None)
       throw std::runtime_error("a synthetic map cannot be written");
   }
 }
@@ -24,13 +25,15 @@ void write_map(const SyntheticMap& map, const std::string& path) {
   GDALAllRegister();
   CPLSetThreadLocalConfigOption("GDAL_TIFF_INTERNAL_MASK", "YES");
   const std::string tile = std::to_string(map.tile);
-  const std::vector<std::string> options = {"TILED=YES", "BLOCKXSIZE=" + tile, "BLOCKYSIZE=" + tile, map.alpha ? "ALPHA=YES" : "ALPHA=NO"};
+  const std::vector<std::string> options = {"TILED=YES", "BLOCKXSIZE=" + tile, "BLOCKYSIZE=" + tile,
+                                            map.alpha ? "ALPHA=YES" : "ALPHA=NO"};
   std::vector<const char*> list;
   for (const auto& option : options) list.push_back(option.c_str());
   list.push_back(nullptr);
   GDALDriver* driver = GetGDALDriverManager()->GetDriverByName("GTiff");
   const std::unique_ptr<GDALDataset, decltype(&GDALClose)> dataset(
-      driver->Create(path.c_str(), map.width, map.height, map.bands, map.type, const_cast<char**>(list.data())), &GDALClose);
+      driver->Create(path.c_str(), map.width, map.height, map.bands, map.type, const_cast<char**>(list.data())),
+      &GDALClose);
   if (!dataset) throw std::runtime_error(path + ": cannot be made");
   if (!map.crs.empty()) {
     OGRSpatialReference srs;
@@ -44,7 +47,8 @@ void write_map(const SyntheticMap& map, const std::string& path) {
     for (int b = 1; b <= map.bands; ++b) dataset->GetRasterBand(b)->SetNoDataValue(*map.nodata);
   if (map.mask) dataset->CreateMaskBand(GMF_PER_DATASET);
   std::vector<int> factors = map.factors;
-  if (!factors.empty()) dataset->BuildOverviews("NONE", static_cast<int>(factors.size()), factors.data(), 0, nullptr, nullptr, nullptr);
+  if (!factors.empty())
+    dataset->BuildOverviews("NONE", static_cast<int>(factors.size()), factors.data(), 0, nullptr, nullptr, nullptr);
 
   for (int b = 0; b < map.bands; ++b) {
     GDALRasterBand* band = dataset->GetRasterBand(b + 1);

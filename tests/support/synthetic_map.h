@@ -19,8 +19,8 @@ struct SyntheticMap {
   std::optional<double> nodata;
   std::vector<int> factors;  // of overviews
   int tile = 128;
-  bool mask = false;         // a mask band, valid where mask_value is not 0
-  bool alpha = false;        // the last band is alpha
+  bool mask = false;   // a mask band, valid where mask_value is not 0
+  bool alpha = false;  // the last band is alpha
 
   /// Value of a texel: level, band from 0, column, row. Overviews get their own, not an average.
   std::function<double(int level, int band, int col, int row)> value;

@@ -55,7 +55,8 @@ struct Right {
   const char* file;
   bool has_own_place;
   int x, y;
-  std::vector<double> samples;  // of that texel as GDAL's Python bindings read it; none where its nodata or mask makes it invalid
+  std::vector<double>
+      samples;  // of that texel as GDAL's Python bindings read it; none where its nodata or mask makes it invalid
 };
 std::ostream& operator<<(std::ostream& out, const Right& r) { return out << r.file; }
 
@@ -67,7 +68,8 @@ TEST_P(ReadRight, TheTexelIsWhatGdalReads) {
   const std::string path = placed(folder, expected.file, expected.has_own_place);
   const auto texels = silently([&] { return read_all(path); });
   ASSERT_TRUE(texels) << texels.error().message;
-  const auto at = static_cast<std::size_t>(expected.y) * static_cast<std::size_t>(texels->window.width) + static_cast<std::size_t>(expected.x);
+  const auto at = static_cast<std::size_t>(expected.y) * static_cast<std::size_t>(texels->window.width) +
+                  static_cast<std::size_t>(expected.x);
   const bool valid = texels->validity.empty() || texels->validity[at];
   ASSERT_EQ(valid, !expected.samples.empty());
   if (!valid) return;
@@ -81,24 +83,33 @@ TEST_P(ReadRight, TheTexelIsWhatGdalReads) {
 
 INSTANTIATE_TEST_SUITE_P(
     Awkward, ReadRight,
-    testing::Values(Right{"nodata__nodata_byte.tif", true, 13, 6, {99}}, Right{"nodata__nan32_nodata.tif", true, 6, 3, {56}},
-                    Right{"nodata__float32_with_nodata_slightly_above_float_max.tif", false, 66, 0, {}},
-                    Right{"nodata__stats_nodata_neginf.tif", false, 2, 0, {-2}}, Right{"nodata__stats_nodata_neginf.tif", false, 0, 0, {}},
-                    Right{"nodata__float_nan.tif", false, 2, 0, {}},
-                    // Alpha is validity, not a sample.
-                    Right{"alpha_mask__rgba.tif", true, 13, 6, {255, 0, 0}}, Right{"alpha_mask__rgba_with_alpha_0_and_255.tif", true, 1, 0, {255, 255, 255}},
-                    // Three bands, each with a mask of its own
-                    Right{"alpha_mask__test3_with_mask_8bit.tif", false, 13, 6, {127, 127, 127}}, Right{"alpha_mask__test3_with_mask_8bit.tif", false, 0, 0, {}},
-                    Right{"bit_depth__int12.tif", true, 13, 6, {99}}, Right{"bit_depth__float16.tif", true, 13, 6, {99}},
-                    Right{"bit_depth__int24.tif", true, 13, 6, {99}}, Right{"bit_depth__int64_full_range.tif", false, 1, 0, {1e10}},
-                    Right{"bigtiff__byte_bigtiff_strip5lines.tif", true, 13, 6, {99}}, Right{"endian__int16_big_endian.tif", true, 13, 6, {99}},
-                    Right{"endian__float32_lzw_predictor_3_big_endian.tif", true, 13, 6, {99}}, Right{"pixel_is_point__byte_point.tif", true, 13, 6, {99}},
-                    Right{"layout__separate_tiled.tif", false, 23, 12, {35, 35, 35}}, Right{"layout__rgbsmall_DEFLATE_tiled_separate.tif", true, 33, 16, {69, 98, 14}},
-                    Right{"sparse__sparse_tiled_contig.tif", false, 26, 7, {}}, Right{"codec__byte_zstd.tif", true, 13, 6, {99}},
-                    Right{"ycbcr_jpeg__rgbsmall_JPEG_ycbcr.tif", true, 33, 16, {85, 107, 32}}, Right{"ycbcr_jpeg__rgbsmall_cmyk.tif", false, 33, 16, {47, 98, 0}},
-                    Right{"palette__test_average_palette.tif", false, 13, 6, {1}}, Right{"crs__epsg_2853_with_us_feet.tif", true, 13, 6, {99}},
-                    Right{"geotransform__geomatrix.tif", true, 13, 6, {99}}, Right{"geotransform__negative_scaley.tif", true, 0, 0, {107}},
-                    Right{"scale_offset__tiff_vertcs_scale_offset.tif", true, 0, 0, {107}}));
+    testing::Values(
+        Right{"nodata__nodata_byte.tif", true, 13, 6, {99}}, Right{"nodata__nan32_nodata.tif", true, 6, 3, {56}},
+        Right{"nodata__float32_with_nodata_slightly_above_float_max.tif", false, 66, 0, {}},
+        Right{"nodata__stats_nodata_neginf.tif", false, 2, 0, {-2}},
+        Right{"nodata__stats_nodata_neginf.tif", false, 0, 0, {}}, Right{"nodata__float_nan.tif", false, 2, 0, {}},
+        // Alpha is validity, not a sample.
+        Right{"alpha_mask__rgba.tif", true, 13, 6, {255, 0, 0}},
+        Right{"alpha_mask__rgba_with_alpha_0_and_255.tif", true, 1, 0, {255, 255, 255}},
+        // Three bands, each with a mask of its own
+        Right{"alpha_mask__test3_with_mask_8bit.tif", false, 13, 6, {127, 127, 127}},
+        Right{"alpha_mask__test3_with_mask_8bit.tif", false, 0, 0, {}},
+        Right{"bit_depth__int12.tif", true, 13, 6, {99}}, Right{"bit_depth__float16.tif", true, 13, 6, {99}},
+        Right{"bit_depth__int24.tif", true, 13, 6, {99}}, Right{"bit_depth__int64_full_range.tif", false, 1, 0, {1e10}},
+        Right{"bigtiff__byte_bigtiff_strip5lines.tif", true, 13, 6, {99}},
+        Right{"endian__int16_big_endian.tif", true, 13, 6, {99}},
+        Right{"endian__float32_lzw_predictor_3_big_endian.tif", true, 13, 6, {99}},
+        Right{"pixel_is_point__byte_point.tif", true, 13, 6, {99}},
+        Right{"layout__separate_tiled.tif", false, 23, 12, {35, 35, 35}},
+        Right{"layout__rgbsmall_DEFLATE_tiled_separate.tif", true, 33, 16, {69, 98, 14}},
+        Right{"sparse__sparse_tiled_contig.tif", false, 26, 7, {}}, Right{"codec__byte_zstd.tif", true, 13, 6, {99}},
+        Right{"ycbcr_jpeg__rgbsmall_JPEG_ycbcr.tif", true, 33, 16, {85, 107, 32}},
+        Right{"ycbcr_jpeg__rgbsmall_cmyk.tif", false, 33, 16, {47, 98, 0}},
+        Right{"palette__test_average_palette.tif", false, 13, 6, {1}},
+        Right{"crs__epsg_2853_with_us_feet.tif", true, 13, 6, {99}},
+        Right{"geotransform__geomatrix.tif", true, 13, 6, {99}},
+        Right{"geotransform__negative_scaley.tif", true, 0, 0, {107}},
+        Right{"scale_offset__tiff_vertcs_scale_offset.tif", true, 0, 0, {107}}));
 
 TEST(AwkwardPlaces, FeetPointsAndRotationsAreWhereTheySay) {
   // A quarter of a US survey foot, 1200 / 3937 m; Virginia North is conformal, true to scale within 1e-4.
@@ -138,26 +149,35 @@ TEST_P(ReadRefused, TheMessageSaysWhichFileWhatAndWhatToDo) {
 
 constexpr const char* fetch_again = "fetch it again";
 constexpr const char* fetch_or_build = "fetch or build it again";
-INSTANTIATE_TEST_SUITE_P(
-    Awkward, ReadRefused,
-    testing::Values(  // not to be opened at all
-        Refused{"bit_depth__uint33.tif", true, "33"}, Refused{"codec__unknown_compression.tif", true, "codec"},
-        Refused{"corrupt__toomanyblocks.tif", true, fetch_again}, Refused{"corrupt__hugeblocksize.tif", true, fetch_again},
-        Refused{"corrupt__image_width_above_32bit.tif", true, fetch_again}, Refused{"corrupt__fuzz_oom_crash_32.tif", true, fetch_again},
-        Refused{"corrupt__fuzz_divide_by_zero_06.tif", true, fetch_again}, Refused{"corrupt__fuzz_oor_panic_64.tif", true, fetch_again},
-        // not to be placed
-        Refused{"gcp_rpc__byte_gcp.tif", true, "gdalwarp"}, Refused{"gcp_rpc__byte_rpc.tif", true, "gdalwarp -rpc"},
-        Refused{"geotransform__byte_nogeoref.tif", true, "-a_ullr"}, Refused{"geotransform__rotated.tif", true, "-a_srs"},
-        // not to be rendered
-        Refused{"complex__cint16.tif", true, "magnitude"},
-        // damaged headers, though GDAL would go on with zeros
-        Refused{"corrupt__fuzz_oom_crash_54.tif", false, "StripOffsets"}, Refused{"corrupt__fuzz_inf_loop_28.tif", false, fetch_or_build},
-        // damaged tiles
-        Refused{"corrupt__byte_truncated.tif", true, "level 0, texels 0 to 20 by 0 to 20"}, Refused{"corrupt__byte_zstd_corrupted.tif", true, "ZSTD"},
-        Refused{"corrupt__lzw_corrupted.tif", false, fetch_or_build}, Refused{"corrupt__tiled_bad_offset.tif", false, fetch_or_build},
-        Refused{"corrupt__excessive-memory-TIFFFillStrip.tif", false, "strip byte count"},
-        Refused{"corrupt__many_blocks_truncated.tif", false, "texels 0 to 1 by 0 to 129"}, Refused{"corrupt__huge-number-strips.tif", false, "level 0"},
-        Refused{"corrupt__corrupted_gtiff_tags.tif", false, fetch_or_build}));
+INSTANTIATE_TEST_SUITE_P(Awkward, ReadRefused,
+                         testing::Values(  // not to be opened at all
+                             Refused{"bit_depth__uint33.tif", true, "33"},
+                             Refused{"codec__unknown_compression.tif", true, "codec"},
+                             Refused{"corrupt__toomanyblocks.tif", true, fetch_again},
+                             Refused{"corrupt__hugeblocksize.tif", true, fetch_again},
+                             Refused{"corrupt__image_width_above_32bit.tif", true, fetch_again},
+                             Refused{"corrupt__fuzz_oom_crash_32.tif", true, fetch_again},
+                             Refused{"corrupt__fuzz_divide_by_zero_06.tif", true, fetch_again},
+                             Refused{"corrupt__fuzz_oor_panic_64.tif", true, fetch_again},
+                             // not to be placed
+                             Refused{"gcp_rpc__byte_gcp.tif", true, "gdalwarp"},
+                             Refused{"gcp_rpc__byte_rpc.tif", true, "gdalwarp -rpc"},
+                             Refused{"geotransform__byte_nogeoref.tif", true, "-a_ullr"},
+                             Refused{"geotransform__rotated.tif", true, "-a_srs"},
+                             // not to be rendered
+                             Refused{"complex__cint16.tif", true, "magnitude"},
+                             // damaged headers, though GDAL would go on with zeros
+                             Refused{"corrupt__fuzz_oom_crash_54.tif", false, "StripOffsets"},
+                             Refused{"corrupt__fuzz_inf_loop_28.tif", false, fetch_or_build},
+                             // damaged tiles
+                             Refused{"corrupt__byte_truncated.tif", true, "level 0, texels 0 to 20 by 0 to 20"},
+                             Refused{"corrupt__byte_zstd_corrupted.tif", true, "ZSTD"},
+                             Refused{"corrupt__lzw_corrupted.tif", false, fetch_or_build},
+                             Refused{"corrupt__tiled_bad_offset.tif", false, fetch_or_build},
+                             Refused{"corrupt__excessive-memory-TIFFFillStrip.tif", false, "strip byte count"},
+                             Refused{"corrupt__many_blocks_truncated.tif", false, "texels 0 to 1 by 0 to 129"},
+                             Refused{"corrupt__huge-number-strips.tif", false, "level 0"},
+                             Refused{"corrupt__corrupted_gtiff_tags.tif", false, fetch_or_build}));
 
 TEST(Open, RefusesOtherBodiesThanTheEarth) {
   const TemporaryFolder folder;
@@ -198,7 +218,8 @@ TEST_P(CutShort, AFileOfAnyLengthIsAnErrorOrRight) {
 }
 // Compressed by zstd in a strip, by LZW with big-endian floats, and by JPEG, of which libjpeg makes up what is missing.
 INSTANTIATE_TEST_SUITE_P(Awkward, CutShort,
-                         testing::Values("codec__byte_zstd.tif", "endian__float32_lzw_predictor_3_big_endian.tif", "ycbcr_jpeg__rgbsmall_JPEG_ycbcr.tif"));
+                         testing::Values("codec__byte_zstd.tif", "endian__float32_lzw_predictor_3_big_endian.tif",
+                                         "ycbcr_jpeg__rgbsmall_JPEG_ycbcr.tif"));
 
 /// A copy of a file in which the second half of the bytes of its first tile are 0xff 0xd9, JPEG's end of an image.
 std::string with_damaged_tile(const TemporaryFolder& folder, const std::string& file) {

@@ -38,7 +38,8 @@ TEST_F(CellCacheTest, NeverHoldsMoreThanItsBudget) {
 
 TEST_F(CellCacheTest, KeepsWhatIsPinnedAndSaysWhenNothingElseIsLeft) {
   CellCache cache(3 * source->cell_bytes());
-  std::vector<CellPtr> pinned = {cache.get(*source, 0, 0, 0).value(), cache.get(*source, 0, 1, 0).value(), cache.get(*source, 0, 2, 0).value()};
+  std::vector<CellPtr> pinned = {cache.get(*source, 0, 0, 0).value(), cache.get(*source, 0, 1, 0).value(),
+                                 cache.get(*source, 0, 2, 0).value()};
   const auto fourth = cache.get(*source, 0, 3, 0);
   ASSERT_FALSE(fourth);
   EXPECT_EQ(fourth.error().kind, Error::Kind::OverBudget);
@@ -67,7 +68,8 @@ TEST_F(CellCacheTest, AFailedLoadIsToldAndNotKept) {
   CellCache cache(64 * source->cell_bytes());
   ASSERT_TRUE(cache.get(*source, 0, 0, 0));
   // The file loses its last tiles while it is open.
-  std::filesystem::resize_file(folder.file("m.tif"), std::filesystem::file_size(folder.file("m.tif")) - 5 * cell_size * cell_size * sizeof(float));
+  std::filesystem::resize_file(folder.file("m.tif"), std::filesystem::file_size(folder.file("m.tif")) -
+                                                         5 * cell_size * cell_size * sizeof(float));
   int read = 0, lost = 0;
   for (int i = 0; i < 64; ++i) {
     const auto cell = cache.get(*source, 0, i % 8, i / 8);

@@ -26,8 +26,10 @@ TEST(CellSource, ACellHasItsNeighboursTexelsAndRepeatsTheEdgeBeyondTheMap) {
     ASSERT_TRUE(cell->all_valid);
     for (int y = 0; y < cell_stride; ++y)
       for (int x = 0; x < cell_stride; ++x) {
-        const int texel_x = std::clamp(col * cell_size + x - cell_apron, 0, 299), texel_y = std::clamp(row * cell_size + y - cell_apron, 0, 129);
-        ASSERT_EQ(cell->data<float>()[y * cell_stride + x], static_cast<float>(1000 * texel_y + texel_x)) << col << " " << row << " " << x << " " << y;
+        const int texel_x = std::clamp(col * cell_size + x - cell_apron, 0, 299),
+                  texel_y = std::clamp(row * cell_size + y - cell_apron, 0, 129);
+        ASSERT_EQ(cell->data<float>()[y * cell_stride + x], static_cast<float>(1000 * texel_y + texel_x))
+            << col << " " << row << " " << x << " " << y;
       }
   }
 }

@@ -40,8 +40,12 @@ TEST(Map, ReadsTheBandsAskedForAndNoOthers) {
 
 TEST(Map, KeepsSampleTypesAndWidensWhatItMust) {
   const TemporaryFolder folder;
-  for (const auto& [stored, read] : {std::pair(GDT_Byte, SampleType::UInt8), {GDT_Int16, SampleType::Int16}, {GDT_UInt16, SampleType::UInt16},
-                                     {GDT_Float32, SampleType::Float32}, {GDT_Float64, SampleType::Float32}, {GDT_Int32, SampleType::Float32}}) {
+  for (const auto& [stored, read] : {std::pair(GDT_Byte, SampleType::UInt8),
+                                     {GDT_Int16, SampleType::Int16},
+                                     {GDT_UInt16, SampleType::UInt16},
+                                     {GDT_Float32, SampleType::Float32},
+                                     {GDT_Float64, SampleType::Float32},
+                                     {GDT_Int32, SampleType::Float32}}) {
     SyntheticMap synthetic = small_map();
     synthetic.type = stored;
     synthetic.value = [](int, int, int col, int) { return col % 100 + 1; };
@@ -50,7 +54,9 @@ TEST(Map, KeepsSampleTypesAndWidensWhatItMust) {
     const int bands[] = {1};
     const Texels texels = map.read(0, {41, 0, 1, 1}, bands).value();
     EXPECT_EQ(texels.type, read) << GDALGetDataTypeName(stored);
-    with_sample_type(texels.type, [&]<class T>(T) { EXPECT_EQ(static_cast<double>(*reinterpret_cast<const T*>(texels.samples.data())), 42); });
+    with_sample_type(texels.type, [&]<class T>(T) {
+      EXPECT_EQ(static_cast<double>(*reinterpret_cast<const T*>(texels.samples.data())), 42);
+    });
   }
 }
 
@@ -86,7 +92,9 @@ TEST(Validity, WhatIsNotFiniteIsInvalidAndReadAsZero) {
   const TemporaryFolder folder;
   SyntheticMap synthetic = small_map();
   synthetic.value = [](int, int, int col, int) {
-    return col == 0 ? std::numeric_limits<double>::quiet_NaN() : col == 1 ? std::numeric_limits<double>::infinity() : 5.0;
+    return col == 0   ? std::numeric_limits<double>::quiet_NaN()
+           : col == 1 ? std::numeric_limits<double>::infinity()
+                      : 5.0;
   };
   test::write_map(synthetic, folder.file("m.tif"));
   const int bands[] = {1};
@@ -112,7 +120,9 @@ TEST(Validity, MasksAndAlphaCountFromHalf) {
   for (const char* name : {"mask.tif", "alpha.tif"}) {
     const Map map = Map::open(folder.file(name)).value();
     EXPECT_EQ(map.description().data_bands(), std::vector<int>{1}) << name;
-    EXPECT_EQ(map.read(0, {0, 0, 2, 1}, map.description().data_bands()).value().validity, (std::vector<std::uint8_t>{0, 1})) << name;
+    EXPECT_EQ(map.read(0, {0, 0, 2, 1}, map.description().data_bands()).value().validity,
+              (std::vector<std::uint8_t>{0, 1}))
+        << name;
   }
 }
 
@@ -129,7 +139,8 @@ TEST(Levels, ComeFromTheFileWhateverTheirFactors) {
   EXPECT_DOUBLE_EQ(map.levels()[2].texels_y, 200.0 / 34) << "sizes are rounded, so axes differ";
   const int bands[] = {1};
   for (int level = 0; level < 3; ++level)
-    EXPECT_EQ(*reinterpret_cast<const float*>(map.read(level, {0, 0, 1, 1}, bands).value().samples.data()), static_cast<float>(level));
+    EXPECT_EQ(*reinterpret_cast<const float*>(map.read(level, {0, 0, 1, 1}, bands).value().samples.data()),
+              static_cast<float>(level));
 }
 
 TEST(Scale, AMercatorMetreIsNoMetreAndADegreeIsNotSquare) {
@@ -139,8 +150,8 @@ TEST(Scale, AMercatorMetreIsNoMetreAndADegreeIsNotSquare) {
   mercator.geotransform = {0, 10, 0, 8399737.89 + 1000, 0, -10};  // around 60 degrees north
   test::write_map(mercator, folder.file("mercator.tif"));
   const Eigen::Vector2d size = Map::open(folder.file("mercator.tif")).value().texel_size_m();
-  // A Mercator metre is N cos(lat) / a = 0.5013 m east and M cos(lat) / a = 0.5004 m north at 60 N, where the ellipsoid's
-  // radii of curvature are N = 6394209 m and M = 6383454 m.
+  // A Mercator metre is N cos(lat) / a = 0.5013 m east and M cos(lat) / a = 0.5004 m north at 60 N, where the
+  // ellipsoid's radii of curvature are N = 6394209 m and M = 6383454 m.
   EXPECT_NEAR(size.x(), 5.013, 0.002);
   EXPECT_NEAR(size.y(), 5.004, 0.002);
 

@@ -9,9 +9,11 @@ namespace nadir::render {
 Result<Camera> Camera::pinhole(int width_px, int height_px, double fx_px, double fy_px, double cx_px, double cy_px) {
   constexpr int largest = 65536;
   if (width_px < 1 || height_px < 1 || width_px > largest || height_px > largest)
-    return fail(Error::Kind::Malformed, fmt::format("camera: expected an image of 1 to {} pixels a side, found {} x {}", largest, width_px, height_px));
+    return fail(Error::Kind::Malformed, fmt::format("camera: expected an image of 1 to {} pixels a side, found {} x {}",
+                                                    largest, width_px, height_px));
   if (!(fx_px > 0) || !(fy_px > 0) || !std::isfinite(fx_px) || !std::isfinite(fy_px))
-    return fail(Error::Kind::Malformed, fmt::format("camera: expected positive focal lengths in pixels, found {} and {}", fx_px, fy_px));
+    return fail(Error::Kind::Malformed,
+                fmt::format("camera: expected positive focal lengths in pixels, found {} and {}", fx_px, fy_px));
   if (!std::isfinite(cx_px) || !std::isfinite(cy_px))
     return fail(Error::Kind::Malformed, "camera: expected a finite principal point");
   Camera camera;

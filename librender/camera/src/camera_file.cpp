@@ -71,7 +71,8 @@ std::string Camera::to_yaml() const {
       "distortion_coefficients:\n  rows: 1\n  cols: 5\n  data: [0, 0, 0, 0, 0]\n"
       "rectification_matrix:\n  rows: 3\n  cols: 3\n  data: [1, 0, 0, 0, 1, 0, 0, 0, 1]\n"
       "projection_matrix:\n  rows: 3\n  cols: 4\n  data: [{}, 0, {}, 0, 0, {}, {}, 0, 0, 0, 1, 0]\n",
-      width_px_, height_px_, yaml_quoted(name_), k(0, 0), k(0, 2), k(1, 1), k(1, 2), k(0, 0), k(0, 2), k(1, 1), k(1, 2));
+      width_px_, height_px_, yaml_quoted(name_), k(0, 0), k(0, 2), k(1, 1), k(1, 2), k(0, 0), k(0, 2), k(1, 1),
+      k(1, 2));
 }
 
 }  // namespace nadir::render

@@ -24,7 +24,8 @@ double ExactChain::visibility(const Eigen::Vector2d& image) const {
 }
 
 Eigen::Matrix3d ExactChain::plane_from_image() const {
-  // The ray c + t d meets the plane at t = above / -d_z; east and north are c_xy + t d_xy, over the common denominator -d_z.
+  // The ray c + t d meets the plane at t = above / -d_z; east and north are c_xy + t d_xy, over the common denominator
+  // -d_z.
   Eigen::Matrix3d h;
   h.row(2) = -enu_ray_from_image_.row(2);
   for (int axis = 0; axis < 2; ++axis)
@@ -32,7 +33,8 @@ Eigen::Matrix3d ExactChain::plane_from_image() const {
   return h;
 }
 
-void ExactChain::plane_from_image(std::span<const Eigen::Vector2d> image, std::span<Eigen::Vector2d> east_north_m) const {
+void ExactChain::plane_from_image(std::span<const Eigen::Vector2d> image,
+                                  std::span<Eigen::Vector2d> east_north_m) const {
   assert(image.size() == east_north_m.size());
   constexpr double nan = std::numeric_limits<double>::quiet_NaN();
   for (std::size_t i = 0; i < image.size(); ++i) {
@@ -43,11 +45,13 @@ void ExactChain::plane_from_image(std::span<const Eigen::Vector2d> image, std::s
   }
 }
 
-void ExactChain::lon_lat_from_image(std::span<const Eigen::Vector2d> image, std::span<Eigen::Vector2d> lon_lat_rad) const {
+void ExactChain::lon_lat_from_image(std::span<const Eigen::Vector2d> image,
+                                    std::span<Eigen::Vector2d> lon_lat_rad) const {
   plane_from_image(image, lon_lat_rad);
   for (auto& p : lon_lat_rad) {
     if (!p.allFinite()) continue;
-    const Geodetic place = geodetic_from_ecef(plane_.frame().ecef_from_enu() * Point<frame::Enu>{{p.x(), p.y(), plane_.up_m()}});
+    const Geodetic place =
+        geodetic_from_ecef(plane_.frame().ecef_from_enu() * Point<frame::Enu>{{p.x(), p.y(), plane_.up_m()}});
     p = {place.lon_rad, place.lat_rad};
   }
 }

@@ -32,14 +32,16 @@ Footprint footprint(const ExactChain& chain, const geodesy::Projection& projecti
 
   Footprint result;
   for (std::size_t i = 0; i < 4; ++i)
-    if (plane[i].allFinite()) result.corners[i] = GroundPoint{{plane[i].x(), plane[i].y(), chain.plane().up_m()}, lon_lat[i], crs[i]};
+    if (plane[i].allFinite())
+      result.corners[i] = GroundPoint{{plane[i].x(), plane[i].y(), chain.plane().up_m()}, lon_lat[i], crs[i]};
 
   const auto polygon = clip_at_horizon(chain, rectangle);
   constexpr int points_a_side = 16;
   std::vector<Eigen::Vector2d> dense;
   for (std::size_t i = 0; i < polygon.size(); ++i)
     for (int k = 0; k < points_a_side; ++k)
-      dense.push_back(polygon[i] + (polygon[(i + 1) % polygon.size()] - polygon[i]) * (static_cast<double>(k) / points_a_side));
+      dense.push_back(polygon[i] +
+                      (polygon[(i + 1) % polygon.size()] - polygon[i]) * (static_cast<double>(k) / points_a_side));
   std::vector<Eigen::Vector2d> outline(dense.size());
   chain.lon_lat_from_image(dense, outline);
   for (const auto& p : outline)

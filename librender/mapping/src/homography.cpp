@@ -11,7 +11,8 @@ Eigen::Matrix2d jacobian(const Eigen::Matrix3d& h, const Eigen::Vector2d& p) {
   return (h.topLeftCorner<2, 2>() - image * h.row(2).head<2>()) / q.z();
 }
 
-std::optional<Eigen::Matrix3d> homography_from_rectangle(double w, double h, const std::array<Eigen::Vector2d, 4>& corners) {
+std::optional<Eigen::Matrix3d> homography_from_rectangle(double w, double h,
+                                                         const std::array<Eigen::Vector2d, 4>& corners) {
   // A turn of one sense at each corner: convex, and of some area.
   const auto cross = [](const Eigen::Vector2d& a, const Eigen::Vector2d& b) { return a.x() * b.y() - a.y() * b.x(); };
   double smallest = std::numeric_limits<double>::infinity(), largest = -smallest;

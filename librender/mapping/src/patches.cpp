@@ -12,12 +12,13 @@ namespace {
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
 /// Where within a unit square a homography through its corners is checked.
-constexpr std::array<std::array<double, 2>, 9> checked_places = {{{0.5, 0.5}, {0.5, 0}, {1, 0.5}, {0.5, 1}, {0, 0.5},
-                                                                   {0.25, 0.25}, {0.75, 0.25}, {0.75, 0.75}, {0.25, 0.75}}};
+constexpr std::array<std::array<double, 2>, 9> checked_places = {
+    {{0.5, 0.5}, {0.5, 0}, {1, 0.5}, {0.5, 1}, {0, 0.5}, {0.25, 0.25}, {0.75, 0.25}, {0.75, 0.75}, {0.25, 0.75}}};
 
 class Builder {
  public:
-  Builder(const ExactChain& chain, const geodesy::Projection& projection, double tolerance_px, const std::vector<PlaneExtent>& extents)
+  Builder(const ExactChain& chain, const geodesy::Projection& projection, double tolerance_px,
+          const std::vector<PlaneExtent>& extents)
       : chain_(chain), projection_(projection), extents_(extents), plane_from_image_(chain.plane_from_image()) {
     mapping_.tolerance_px = tolerance_px;
   }
@@ -50,7 +51,8 @@ class Builder {
     return std::all_of(corners.begin(), corners.end(), [&](const auto& c) { return !(chain_.visibility(c) > 0); });
   }
 
-  /// True only where it is certain: all of the rectangle sees ground, within a convex quadrangle whose bounds meet no map.
+  /// True only where it is certain: all of the rectangle sees ground, within a convex quadrangle whose bounds meet no
+  /// map.
   bool is_off_map(const PixelRect& rect) const {
     if (extents_.empty()) return false;
     Eigen::AlignedBox2d seen;
@@ -68,15 +70,16 @@ class Builder {
     const auto corners = corners_of(rect);
     std::copy(corners.begin(), corners.end(), image.begin());
     for (std::size_t i = 0; i < checked_places.size(); ++i)
-      image[4 + i] = corners[0] + Eigen::Vector2d(checked_places[i][0] * rect.width, checked_places[i][1] * rect.height);
+      image[4 + i] =
+          corners[0] + Eigen::Vector2d(checked_places[i][0] * rect.width, checked_places[i][1] * rect.height);
     for (const auto& corner : corners)
       if (!(chain_.visibility(corner) > 0)) return std::nullopt;
     chain_.crs_from_image(projection_, image, crs);
     mapping_.exact_points += static_cast<std::int64_t>(image.size());
 
     const Eigen::Vector2d origin = crs[0];
-    const auto h = homography_from_rectangle(rect.width, rect.height,
-                                             {Eigen::Vector2d::Zero(), crs[1] - origin, crs[2] - origin, crs[3] - origin});
+    const auto h = homography_from_rectangle(
+        rect.width, rect.height, {Eigen::Vector2d::Zero(), crs[1] - origin, crs[2] - origin, crs[3] - origin});
     if (!h) return std::nullopt;
     double error_px = 0;
     for (std::size_t i = 4; i < image.size(); ++i) {
@@ -104,7 +107,8 @@ class Builder {
     return patch;
   }
 
-  /// Two parts across the longer side, cut at a multiple of the block where there is one inside, else of the smallest patch.
+  /// Two parts across the longer side, cut at a multiple of the block where there is one inside, else of the smallest
+  /// patch.
   static std::pair<PixelRect, PixelRect> halves(const PixelRect& rect) {
     const bool wide = rect.width >= rect.height;
     const int start = wide ? rect.x : rect.y, length = wide ? rect.width : rect.height;
@@ -134,8 +138,8 @@ PatchMapping map_patches(const ExactChain& chain, const geodesy::Projection& pro
   return builder.take();
 }
 
-PlaneExtent plane_extent(const Plane& plane, const geodesy::Projection& projection, const Eigen::Affine2d& crs_from_texel,
-                         double width, double height) {
+PlaneExtent plane_extent(const Plane& plane, const geodesy::Projection& projection,
+                         const Eigen::Affine2d& crs_from_texel, double width, double height) {
   constexpr int steps = 32;  // a side: an outline's bulge between them is below a thousandth of the side's own
   std::vector<Eigen::Vector2d> outline;
   for (int i = 0; i < steps; ++i) {

@@ -28,10 +28,18 @@ class LayerPlanner {
   void add(const Patch& patch) {
     const std::int64_t pixels = static_cast<std::int64_t>(patch.rect.width) * patch.rect.height;
     switch (patch.kind) {
-      case Patch::Kind::NoGround: plan_.pixels_no_ground += pixels; break;
-      case Patch::Kind::OffMap: plan_.pixels_off_map += pixels; break;
-      case Patch::Kind::PerPixel: add_per_pixel(patch); break;
-      case Patch::Kind::Homography: cut(patch, patch.rect); break;
+      case Patch::Kind::NoGround:
+        plan_.pixels_no_ground += pixels;
+        break;
+      case Patch::Kind::OffMap:
+        plan_.pixels_off_map += pixels;
+        break;
+      case Patch::Kind::PerPixel:
+        add_per_pixel(patch);
+        break;
+      case Patch::Kind::Homography:
+        cut(patch, patch.rect);
+        break;
     }
   }
 
@@ -86,7 +94,9 @@ class LayerPlanner {
 
   /// `texels`: of the pixel centres of `rect`, NaN where no ground is seen; `footprint`: for want of a better.
   void add_texels(const PixelRect& rect, std::vector<Eigen::Vector2d> texels, Eigen::Matrix2d footprint) {
-    const auto at = [&](int x, int y) -> const Eigen::Vector2d& { return texels[static_cast<std::size_t>(y * rect.width + x)]; };
+    const auto at = [&](int x, int y) -> const Eigen::Vector2d& {
+      return texels[static_cast<std::size_t>(y * rect.width + x)];
+    };
     Eigen::AlignedBox2d bounds;
     std::int64_t seen = 0;
     for (const auto& p : texels) {
@@ -162,8 +172,8 @@ class LayerPlanner {
     s.samples_y = std::max(s.samples_y, count(pattern.samples_y));
   }
 
-  /// Finds the levels and cells of a block whose texels lie within `bounds`, and adds it. False where they are too many:
-  /// near the horizon an outline spans much that its pixels do not sample.
+  /// Finds the levels and cells of a block whose texels lie within `bounds`, and adds it. False where they are too
+  /// many: near the horizon an outline spans much that its pixels do not sample.
   bool place(PlannedBlock& block, const Eigen::AlignedBox2d& bounds) {
     BlockSampling& s = block.sampling;
     const Eigen::AlignedBox2d map(Eigen::Vector2d::Zero(), map_size_);
@@ -187,7 +197,8 @@ class LayerPlanner {
     }
     const bool blended = sampling_.filter == Filter::Mip;
     const int first = static_cast<int>(std::floor(blended ? finest : finest + 0.5));
-    const int last = std::min(static_cast<int>(blended ? std::ceil(coarsest) : std::floor(coarsest + 0.5)), static_cast<int>(map_.levels().size()) - 1);
+    const int last = std::min(static_cast<int>(blended ? std::ceil(coarsest) : std::floor(coarsest + 0.5)),
+                              static_cast<int>(map_.levels().size()) - 1);
 
     // A texel to each side for the bilinear footprint, and one for what a step's linear offsets miss
     constexpr double margin = 2;
@@ -241,9 +252,12 @@ Result<Quality> parse_quality(std::string_view text) { return parse_name<Quality
 
 Sampling sampling_for(Quality quality) {
   switch (quality) {
-    case Quality::draft: return {Filter::Bilinear, 1};
-    case Quality::best: return {Filter::Mip, 2};
-    case Quality::balanced: break;
+    case Quality::draft:
+      return {Filter::Bilinear, 1};
+    case Quality::best:
+      return {Filter::Mip, 2};
+    case Quality::balanced:
+      break;
   }
   return {Filter::Mip, 1};
 }

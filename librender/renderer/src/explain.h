@@ -7,8 +7,8 @@
 namespace nadir::render {
 
 /// Says what a frame's layer took and what it did without.
-void explain_layer(const Layer& layer, const PatchMapping& mapping, bool mapping_shared, const LayerPlan& plan, const FrameLayer& frame,
-                   Explanation& explanation);
+void explain_layer(const Layer& layer, const PatchMapping& mapping, bool mapping_shared, const LayerPlan& plan,
+                   const FrameLayer& frame, Explanation& explanation);
 
 /// Says the same of what all layers share.
 void explain_frame(const Scene& scene, const FrameCounters& counters, Explanation& explanation);

@@ -58,7 +58,8 @@ void sample(const WorkItem& item, const std::vector<WantedCell>& wanted, const s
   const PixelRect& rect = item.block->rect;
   const std::size_t first = static_cast<std::size_t>(rect.y) * item.stride_px + static_cast<std::size_t>(rect.x);
   const std::size_t pixel_bytes = item.source->bands().size() * tile::size_bytes(item.source->type());
-  sample_block(sampling, *item.source, static_cast<std::byte*>(item.samples) + first * pixel_bytes, item.validity + first, item.stride_px);
+  sample_block(sampling, *item.source, static_cast<std::byte*>(item.samples) + first * pixel_bytes,
+               item.validity + first, item.stride_px);
 }
 
 }  // namespace
@@ -76,9 +77,11 @@ Result<void> run_passes(std::span<const WorkItem> items, tile::CellCache& cache,
   };
   if (bytes > cache.budget_bytes()) {
     if (!one_block) return in_halves();
-    return fail(Error::Kind::OverBudget,
-                fmt::format("{}: a block of {} x {} pixels needs map tiles of {}, and the cache may hold {}: allow more memory", items[0].source->map().description().path,
-                            items[0].block->rect.width, items[0].block->rect.height, format_bytes(bytes), format_bytes(cache.budget_bytes())));
+    return fail(
+        Error::Kind::OverBudget,
+        fmt::format("{}: a block of {} x {} pixels needs map tiles of {}, and the cache may hold {}: allow more memory",
+                    items[0].source->map().description().path, items[0].block->rect.width, items[0].block->rect.height,
+                    format_bytes(bytes), format_bytes(cache.budget_bytes())));
   }
 
   std::vector<tile::CellPtr> pinned(wanted.size());
@@ -105,7 +108,9 @@ std::int64_t count_cells(const LayerPlan& plan) {
   std::vector<WantedCell> cells;
   for (const PlannedBlock& block : plan.blocks)
     for (const LevelWindow& window : block.windows)
-      for_each_cell(window, [&](std::int32_t col, std::int32_t row) { cells.push_back({{0, window.level, col, row}, nullptr}); });
+      for_each_cell(window, [&](std::int32_t col, std::int32_t row) {
+        cells.push_back({{0, window.level, col, row}, nullptr});
+      });
   sort_unique(cells);
   return static_cast<std::int64_t>(cells.size());
 }

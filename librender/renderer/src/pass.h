@@ -13,13 +13,13 @@ namespace nadir::render {
 struct WorkItem {
   const PlannedBlock* block;
   const tile::CellSource* source;
-  void* samples;            // the frame layer's first
-  std::uint8_t* validity;   // the frame layer's first
+  void* samples;           // the frame layer's first
+  std::uint8_t* validity;  // the frame layer's first
   std::size_t stride_px;
 };
 
-/// Pins the cells of `items`, then samples them in parallel; where the cells do not fit the cache at once, in several passes.
-/// Adds what it took to `counters`.
+/// Pins the cells of `items`, then samples them in parallel; where the cells do not fit the cache at once, in several
+/// passes. Adds what it took to `counters`.
 Result<void> run_passes(std::span<const WorkItem> items, tile::CellCache& cache, FrameCounters& counters);
 
 /// Cells that the blocks of a layer may sample, each counted once.

@@ -40,7 +40,8 @@ WorkTotals totals(const Scene& scene) {
 Result<CameraPose> checked(const CameraPose& pose) {
   const double length = pose.rotation.norm();
   if (!pose.origin.allFinite() || !(std::abs(length - 1) < 1e-3))
-    return fail(Error::Kind::Malformed, fmt::format("pose: expected a finite position and a unit quaternion, found a length of {}", length));
+    return fail(Error::Kind::Malformed,
+                fmt::format("pose: expected a finite position and a unit quaternion, found a length of {}", length));
   // What is a unit quaternion but for rounding stays as it is: truth gives back the bits that came in.
   if (std::abs(length - 1) < 1e-14) return pose;
   return CameraPose{pose.rotation.normalized(), pose.origin};
@@ -54,7 +55,8 @@ void finish_invalid(FrameLayer& layer, const RenderOptions& options) {
     if constexpr (std::is_floating_point_v<T>)
       value = fill ? static_cast<T>(options.fill_value) : std::numeric_limits<T>::quiet_NaN();
     else if (fill)
-      value = static_cast<T>(std::clamp<double>(options.fill_value, std::numeric_limits<T>::min(), std::numeric_limits<T>::max()));
+      value = static_cast<T>(
+          std::clamp<double>(options.fill_value, std::numeric_limits<T>::min(), std::numeric_limits<T>::max()));
     T* samples = reinterpret_cast<T*>(layer.samples.data());
     const auto bands = static_cast<std::size_t>(layer.bands);
     for (std::size_t i = 0; i < layer.validity.size(); ++i)
@@ -64,7 +66,8 @@ void finish_invalid(FrameLayer& layer, const RenderOptions& options) {
 
 Result<void> check_options(const RenderOptions& options) {
   if (!(options.geometry_tolerance_px > 0 && options.geometry_tolerance_px <= 1))
-    return fail(Error::Kind::Malformed, fmt::format("geometry tolerance: expected image pixels in (0, 1], found {}", options.geometry_tolerance_px));
+    return fail(Error::Kind::Malformed, fmt::format("geometry tolerance: expected image pixels in (0, 1], found {}",
+                                                    options.geometry_tolerance_px));
   if (!std::isfinite(options.fill_value)) return fail(Error::Kind::Malformed, "fill value: expected a finite number");
   return {};
 }
@@ -76,10 +79,13 @@ Result<void> refuse_off_map(const Layer& layer, const Truth& truth) {
     const auto& uv = truth.footprint_uv[i];
     const bool on_map = uv && (uv->array() >= 0).all() && (uv->array() <= 1).all();
     if (on_map) continue;
-    const std::string where = truth.footprint_texel[i] ? fmt::format("sees texel ({:.1f}, {:.1f}) of {} x {}", truth.footprint_texel[i]->x(),
-                                                                     truth.footprint_texel[i]->y(), layer.source->map().width(), layer.source->map().height())
-                                                       : "sees no ground";
-    return fail(Error::Kind::OutsideMap, fmt::format("layer {}: the image's {} corner {}: outside the map {}", layer.name, names[i], where, truth.map_path));
+    const std::string where =
+        truth.footprint_texel[i]
+            ? fmt::format("sees texel ({:.1f}, {:.1f}) of {} x {}", truth.footprint_texel[i]->x(),
+                          truth.footprint_texel[i]->y(), layer.source->map().width(), layer.source->map().height())
+            : "sees no ground";
+    return fail(Error::Kind::OutsideMap, fmt::format("layer {}: the image's {} corner {}: outside the map {}",
+                                                     layer.name, names[i], where, truth.map_path));
   }
   return {};
 }
@@ -90,10 +96,12 @@ std::string_view to_string(OffMap off_map) { return off_map_names[static_cast<st
 
 Result<OffMap> parse_off_map(std::string_view text) { return parse_name<OffMap>("off-map rule", text, off_map_names); }
 
-/// GDAL keeps decoded blocks of its own: an eighth of the budget, so that neighbouring cells do not decode a block twice.
+/// GDAL keeps decoded blocks of its own: an eighth of the budget, so that neighbouring cells do not decode a block
+/// twice.
 struct Renderer::Engine {
   explicit Engine(const RendererOptions& options)
-      : cache(options.cache_bytes - options.cache_bytes / 8), arena(options.threads > 0 ? options.threads : tbb::task_arena::automatic) {
+      : cache(options.cache_bytes - options.cache_bytes / 8),
+        arena(options.threads > 0 ? options.threads : tbb::task_arena::automatic) {
     tile::limit_gdal_block_cache(options.cache_bytes / 8);
   }
   tile::CellCache cache;
@@ -107,7 +115,8 @@ Renderer& Renderer::operator=(Renderer&&) noexcept = default;
 
 tile::CacheCounters Renderer::cache_counters() const { return engine_->cache.counters(); }
 
-Result<Frame> Renderer::render(const Scene& scene, const Camera& camera, const CameraPose& ecef_from_camera, const RenderOptions& options) {
+Result<Frame> Renderer::render(const Scene& scene, const Camera& camera, const CameraPose& ecef_from_camera,
+                               const RenderOptions& options) {
   const auto start = std::chrono::steady_clock::now();
   if (auto ok = scene.check(); !ok) return fail(ok);
   if (auto ok = check_options(options); !ok) return fail(ok);
@@ -176,7 +185,8 @@ Result<Frame> Renderer::render(const Scene& scene, const Camera& camera, const C
     out.samples.resize(pixels * static_cast<std::size_t>(out.bands) * tile::size_bytes(out.type));
     out.validity.resize(pixels);
     for (const PlannedBlock& block : plans[i].blocks)
-      items.push_back({&block, scene.layers()[i].source.get(), out.samples.data(), out.validity.data(), static_cast<std::size_t>(out.width)});
+      items.push_back({&block, scene.layers()[i].source.get(), out.samples.data(), out.validity.data(),
+                       static_cast<std::size_t>(out.width)});
   }
 
   const auto sampled = engine_->arena.execute([&] { return run_passes(items, engine_->cache, frame.counters_); });
@@ -194,9 +204,11 @@ Result<Frame> Renderer::render(const Scene& scene, const Camera& camera, const C
       out.type = output->type;
     }
     finish_invalid(out, options);
-    out.truth.valid_fraction = static_cast<double>(std::count(out.validity.begin(), out.validity.end(), 1)) / static_cast<double>(pixels);
+    out.truth.valid_fraction =
+        static_cast<double>(std::count(out.validity.begin(), out.validity.end(), 1)) / static_cast<double>(pixels);
     if (options.explain) {
-      const bool shared = std::find(mapping_of.begin(), mapping_of.begin() + static_cast<std::ptrdiff_t>(i), mapping_of[i]) != mapping_of.begin() + static_cast<std::ptrdiff_t>(i);
+      const bool shared = std::find(mapping_of.begin(), mapping_of.begin() + static_cast<std::ptrdiff_t>(i),
+                                    mapping_of[i]) != mapping_of.begin() + static_cast<std::ptrdiff_t>(i);
       explain_layer(scene.layers()[i], mappings[mapping_of[i]], shared, plans[i], out, frame.explanation_);
     }
   }

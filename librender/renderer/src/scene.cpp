@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-
 namespace nadir::render {
 namespace {
 
@@ -11,38 +10,45 @@ Result<void> refuse_palette(const tile::Map& map, const LayerOptions& options, c
   if (options.role == tile::Role::Labels) return {};
   for (const int number : bands)
     if (map.description().bands[static_cast<std::size_t>(number) - 1].color == "Palette")
-      return fail(Error::Kind::Unsupported,
-                  fmt::format("{}: band {} holds palette indices, which cannot be blended: use role labels, or expand it with gdal_translate -expand rgb",
-                              map.description().path, number));
+      return fail(Error::Kind::Unsupported, fmt::format("{}: band {} holds palette indices, which cannot be blended: "
+                                                        "use role labels, or expand it with gdal_translate -expand rgb",
+                                                        map.description().path, number));
   return {};
 }
 
 Result<void> check_output(const std::string& name, const std::optional<Output>& output) {
   if (output && output->type != tile::SampleType::Float32 && !(output->high > output->low))
-    return fail(Error::Kind::Malformed, fmt::format("layer {}: expected an output range with low < high, found {} to {}", name, output->low, output->high));
+    return fail(Error::Kind::Malformed,
+                fmt::format("layer {}: expected an output range with low < high, found {} to {}", name, output->low,
+                            output->high));
   return {};
 }
 
 }  // namespace
 
-Scene Scene::plane(const geodesy::Geodetic& origin, const PlaneOptions& options) { return Scene(Plane(origin, options.height_m)); }
+Scene Scene::plane(const geodesy::Geodetic& origin, const PlaneOptions& options) {
+  return Scene(Plane(origin, options.height_m));
+}
 
 Scene Scene::with_layer(std::string name, const tile::Map& map, LayerOptions options) const {
   Scene scene = *this;
   if (scene.problem_) return scene;
   const auto add = [&]() -> Result<void> {
     for (const Layer& other : layers_)
-      if (other.name == name) return fail(Error::Kind::Malformed, fmt::format("layer '{}' is there twice: give each its own name", name));
+      if (other.name == name)
+        return fail(Error::Kind::Malformed, fmt::format("layer '{}' is there twice: give each its own name", name));
     const bool floats = [&] {
       const auto type = map.sample_type(options.bands.empty() ? map.description().data_bands() : options.bands);
       return type && *type == tile::SampleType::Float32;
     }();
-    const bool decibel = options.role == tile::Role::Radar && options.radar_scale.value_or(tile::usual_radar_scale(floats)) == tile::RadarScale::Decibel;
+    const bool decibel = options.role == tile::Role::Radar &&
+                         options.radar_scale.value_or(tile::usual_radar_scale(floats)) == tile::RadarScale::Decibel;
     auto source = tile::CellSource::make(map, options.bands, decibel ? tile::Domain::Decibel : tile::Domain::Linear);
     if (!source) return fail(source);
     if (auto ok = refuse_palette(map, options, (*source)->bands()); !ok) return ok;
     if (auto ok = check_output(name, options.output); !ok) return ok;
-    const PlaneExtent extent = plane_extent(surface_, map.projection(), map.crs_from_texel(), map.width(), map.height());
+    const PlaneExtent extent =
+        plane_extent(surface_, map.projection(), map.crs_from_texel(), map.width(), map.height());
     scene.layers_.push_back({std::move(name), std::move(options), std::move(*source), extent});
     return {};
   };

@@ -12,12 +12,14 @@ using namespace geodesy;
 namespace {
 
 /// Greatest backward error of a homography over a grid, in image pixels; empty where the exact chain has no point.
-std::optional<double> homography_error_px(const ExactChain& chain, const tile::Map& map, const Eigen::Matrix3d& texel_from_image) {
+std::optional<double> homography_error_px(const ExactChain& chain, const tile::Map& map,
+                                          const Eigen::Matrix3d& texel_from_image) {
   constexpr int steps = 8;
   std::vector<Eigen::Vector2d> image;
   for (int j = 0; j <= steps; ++j)
     for (int i = 0; i <= steps; ++i)
-      image.emplace_back(chain.camera().width_px() * (static_cast<double>(i) / steps), chain.camera().height_px() * (static_cast<double>(j) / steps));
+      image.emplace_back(chain.camera().width_px() * (static_cast<double>(i) / steps),
+                         chain.camera().height_px() * (static_cast<double>(j) / steps));
   std::vector<Eigen::Vector2d> crs(image.size());
   chain.crs_from_image(map.projection(), image, crs);
   double worst = 0;
@@ -53,7 +55,8 @@ Truth geometric_truth(const ExactChain& chain, const tile::Map& map) {
   truth.ecef_from_camera = chain.ecef_from_camera();
   truth.enu_from_camera = chain.enu_from_camera();
   truth.position = geodetic_from_ecef({chain.ecef_from_camera().origin});
-  const Eigen::Quaterniond ned_from_mount = ecef_from_ned(truth.position).rotation.conjugate() * chain.ecef_from_camera().rotation *
+  const Eigen::Quaterniond ned_from_mount = ecef_from_ned(truth.position).rotation.conjugate() *
+                                            chain.ecef_from_camera().rotation *
                                             mount_from_camera().quaternion.conjugate();
   truth.attitude = yaw_pitch_roll_from(ned_from_mount);
   truth.height_agl_m = chain.height_above_plane_m();

@@ -36,8 +36,10 @@ double level_coordinate(std::span<const tile::Level> levels, double texels) {
   return static_cast<double>(levels.size() - 1);
 }
 
-SamplePattern footprint_samples(const Eigen::Matrix2d& jacobian, double oversampling, int most_samples, double coarsest_texels) {
-  // Singular values of a 2x2 matrix from its invariants; half the difference of squares under the root avoids cancellation.
+SamplePattern footprint_samples(const Eigen::Matrix2d& jacobian, double oversampling, int most_samples,
+                                double coarsest_texels) {
+  // Singular values of a 2x2 matrix from its invariants; half the difference of squares under the root avoids
+  // cancellation.
   const double sum = jacobian.squaredNorm() / 2, product = std::abs(jacobian.determinant());
   const double difference = std::sqrt(std::max(0.0, (sum - product) * (sum + product)));
   const double longer = std::sqrt(sum + difference);

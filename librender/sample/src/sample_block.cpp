@@ -23,14 +23,17 @@ struct WindowFrame {
   double per_texel_x, per_texel_y, first_x, first_y;
 };
 
-/// Cell and position in it of the texel whose index is `i`, relative to the window, along one axis. One before the first and
-/// one past the last lie in the apron.
+/// Cell and position in it of the texel whose index is `i`, relative to the window, along one axis. One before the
+/// first and one past the last lie in the apron.
 struct CellIndex {
-  CellIndex(int i, int cells) : cell(std::clamp(i >> cell_size_log2, 0, cells - 1)), at(std::clamp(i - (cell << cell_size_log2) + cell_apron, 0, cell_stride - 2)) {}
+  CellIndex(int i, int cells)
+      : cell(std::clamp(i >> cell_size_log2, 0, cells - 1)),
+        at(std::clamp(i - (cell << cell_size_log2) + cell_apron, 0, cell_stride - 2)) {}
   int cell, at;
 };
 
-/// Weighted sums of one pixel. A local of the loop, so that they stay in registers: stores of bytes might alias a member.
+/// Weighted sums of one pixel. A local of the loop, so that they stay in registers: stores of bytes might alias a
+/// member.
 template <int FixedBands>
 struct Accumulator {
   float sum[FixedBands > 0 ? FixedBands : most_bands];
@@ -78,14 +81,17 @@ class BlockSampler {
       const Eigen::Matrix3d& h = block_.texel_from_image;
       const double px = x + 0.5, py = y + 0.5;
       const double over_w = 1 / (h(2, 0) * px + h(2, 1) * py + h(2, 2));
-      const double du = (h(0, 0) * px + h(0, 1) * py + h(0, 2)) * over_w, dv = (h(1, 0) * px + h(1, 1) * py + h(1, 2)) * over_w;
+      const double du = (h(0, 0) * px + h(0, 1) * py + h(0, 2)) * over_w,
+                   dv = (h(1, 0) * px + h(1, 1) * py + h(1, 2)) * over_w;
       if (several)
         jacobian << (h(0, 0) - du * h(2, 0)) * over_w, (h(0, 1) - du * h(2, 1)) * over_w,  //
             (h(1, 0) - dv * h(2, 0)) * over_w, (h(1, 1) - dv * h(2, 1)) * over_w;
       u = block_.texel_origin.x() + du;
       v = block_.texel_origin.y() + dv;
     } else {
-      const Eigen::Vector2d& texel = block_.texels[static_cast<std::size_t>(y) * static_cast<std::size_t>(block_.width) + static_cast<std::size_t>(x)];
+      const Eigen::Vector2d& texel =
+          block_.texels[static_cast<std::size_t>(y) * static_cast<std::size_t>(block_.width) +
+                        static_cast<std::size_t>(x)];
       u = texel.x();
       v = texel.y();
       jacobian = block_.jacobian;
@@ -98,7 +104,8 @@ class BlockSampler {
     const int last = static_cast<int>(frames_.size()) - 1;
     const float above_finest = level - static_cast<float>(block_.levels[0].level);
     if (block_.nearest) {
-      nearest(frames_[static_cast<std::size_t>(std::clamp(static_cast<int>(above_finest + 0.5f), 0, last))], u, v, sums);
+      nearest(frames_[static_cast<std::size_t>(std::clamp(static_cast<int>(above_finest + 0.5f), 0, last))], u, v,
+              sums);
       return sums.total >= 0.5f;
     }
     const int finer = std::clamp(static_cast<int>(above_finest), 0, last);
@@ -127,7 +134,9 @@ class BlockSampler {
     const int ix = static_cast<int>(x + 1) - 1, iy = static_cast<int>(y + 1) - 1;
     const float fx = static_cast<float>(x - ix), fy = static_cast<float>(y - iy);
     const CellIndex cx(ix, frame.window.cols), cy(iy, frame.window.rows);
-    const tile::Cell& cell = *frame.window.cells[static_cast<std::size_t>(cy.cell) * static_cast<std::size_t>(frame.window.cols) + static_cast<std::size_t>(cx.cell)];
+    const tile::Cell& cell =
+        *frame.window.cells[static_cast<std::size_t>(cy.cell) * static_cast<std::size_t>(frame.window.cols) +
+                            static_cast<std::size_t>(cx.cell)];
 
     const std::size_t at = static_cast<std::size_t>(cy.at) * cell_stride + static_cast<std::size_t>(cx.at);
     float w[4] = {(1 - fx) * (1 - fy) * weight, fx * (1 - fy) * weight, (1 - fx) * fy * weight, fx * fy * weight};
@@ -145,13 +154,15 @@ class BlockSampler {
     const T* bottom = top + static_cast<std::size_t>(cell_stride) * static_cast<std::size_t>(pitch);
     for (int b = 0; b < bands(); ++b)
       sums.sum[b] += w[0] * static_cast<float>(top[b]) + w[1] * static_cast<float>(top[b + pitch]) +
-                 (w[2] * static_cast<float>(bottom[b]) + w[3] * static_cast<float>(bottom[b + pitch]));
+                     (w[2] * static_cast<float>(bottom[b]) + w[3] * static_cast<float>(bottom[b + pitch]));
   }
 
   void nearest(const WindowFrame& frame, double u, double v, Sums& sums) const {
     const CellIndex cx(static_cast<int>(std::max(u * frame.per_texel_x - frame.first_x, 0.0)), frame.window.cols);
     const CellIndex cy(static_cast<int>(std::max(v * frame.per_texel_y - frame.first_y, 0.0)), frame.window.rows);
-    const tile::Cell& cell = *frame.window.cells[static_cast<std::size_t>(cy.cell) * static_cast<std::size_t>(frame.window.cols) + static_cast<std::size_t>(cx.cell)];
+    const tile::Cell& cell =
+        *frame.window.cells[static_cast<std::size_t>(cy.cell) * static_cast<std::size_t>(frame.window.cols) +
+                            static_cast<std::size_t>(cx.cell)];
     const std::size_t at = static_cast<std::size_t>(cy.at) * cell_stride + static_cast<std::size_t>(cx.at);
     if (Masked && !cell.all_valid && !cell.validity[at]) return;
     sums.total = 1;
@@ -178,20 +189,27 @@ class BlockSampler {
 };
 
 template <class T, bool Masked>
-void sample_bands(const BlockSampling& block, int bands, bool decibel, T* out, std::uint8_t* validity, std::size_t stride_px) {
+void sample_bands(const BlockSampling& block, int bands, bool decibel, T* out, std::uint8_t* validity,
+                  std::size_t stride_px) {
   switch (bands) {
-    case 1: return BlockSampler<T, 1, Masked>(block, 1, 0, 1).run(out, validity, stride_px, decibel);
-    case 3: return BlockSampler<T, 3, Masked>(block, 3, 0, 3).run(out, validity, stride_px, decibel);
-    case 4: return BlockSampler<T, 4, Masked>(block, 4, 0, 4).run(out, validity, stride_px, decibel);
-    default: break;
+    case 1:
+      return BlockSampler<T, 1, Masked>(block, 1, 0, 1).run(out, validity, stride_px, decibel);
+    case 3:
+      return BlockSampler<T, 3, Masked>(block, 3, 0, 3).run(out, validity, stride_px, decibel);
+    case 4:
+      return BlockSampler<T, 4, Masked>(block, 4, 0, 4).run(out, validity, stride_px, decibel);
+    default:
+      break;
   }
   for (int first = 0; first < bands; first += most_bands)
-    BlockSampler<T, 0, Masked>(block, bands, first, std::min(most_bands, bands - first)).run(out, validity, stride_px, decibel);
+    BlockSampler<T, 0, Masked>(block, bands, first, std::min(most_bands, bands - first))
+        .run(out, validity, stride_px, decibel);
 }
 
 }  // namespace
 
-void sample_block(const BlockSampling& block, const tile::CellSource& source, void* out, std::uint8_t* validity, std::size_t stride_px) {
+void sample_block(const BlockSampling& block, const tile::CellSource& source, void* out, std::uint8_t* validity,
+                  std::size_t stride_px) {
   const int bands = static_cast<int>(source.bands().size());
   const bool decibel = source.domain() == tile::Domain::Decibel;
   tile::with_sample_type(source.type(), [&]<class T>(T) {

@@ -26,7 +26,8 @@ std::vector<std::byte> convert(const void* samples, SampleType from, std::size_t
         constexpr double highest = std::numeric_limits<To>::max();
         const double scale = highest / (output.high - output.low);
         std::transform(in, in + count, out, [&](From v) {
-          return static_cast<To>(std::clamp(std::floor((static_cast<double>(v) - output.low) * scale + 0.5), 0.0, highest));
+          return static_cast<To>(
+              std::clamp(std::floor((static_cast<double>(v) - output.low) * scale + 0.5), 0.0, highest));
         });
       }
     });

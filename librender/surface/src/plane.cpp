@@ -3,7 +3,8 @@
 namespace nadir::render {
 using namespace geodesy;
 
-std::optional<Point<frame::Enu>> Plane::hit(const Point<frame::Enu>& from, const Direction<frame::Enu>& direction) const {
+std::optional<Point<frame::Enu>> Plane::hit(const Point<frame::Enu>& from,
+                                            const Direction<frame::Enu>& direction) const {
   const double above_m = from.xyz.z() - up_m();
   const double sink = -direction.xyz.z();
   if (!(above_m > 0) || !(sink > 0)) return std::nullopt;

@@ -36,9 +36,11 @@ Result<std::string> read_text_file(const fs::path& path, std::size_t limit_bytes
   while (const std::size_t n = std::fread(block, 1, sizeof block, file.get())) {
     text.append(block, n);
     if (text.size() > limit_bytes)
-      return fail(Error::Kind::Malformed, fmt::format("{}: expected a text file of at most {} bytes", path.string(), limit_bytes));
+      return fail(Error::Kind::Malformed,
+                  fmt::format("{}: expected a text file of at most {} bytes", path.string(), limit_bytes));
   }
-  if (std::ferror(file.get())) return fail(Error::Kind::Io, fmt::format("{}: reading failed: {}", path.string(), reason(errno)));
+  if (std::ferror(file.get()))
+    return fail(Error::Kind::Io, fmt::format("{}: reading failed: {}", path.string(), reason(errno)));
   return text;
 }
 
@@ -55,14 +57,16 @@ Result<void> write_file(const fs::path& path, std::string_view bytes) {
   }
   if (problem != 0) {
     fs::remove(temporary, error);
-    return fail(Error::Kind::Io, fmt::format("{}: writing failed: {}; nothing was left behind", path.string(), reason(problem)));
+    return fail(Error::Kind::Io,
+                fmt::format("{}: writing failed: {}; nothing was left behind", path.string(), reason(problem)));
   }
   return move_into_place(temporary, path);
 }
 
 fs::path temporary_name(const fs::path& path) {
   static std::atomic<unsigned> counter{0};
-  return path.parent_path() / fmt::format(".{}.{}-{}.part{}", path.stem().string(), ::getpid(), counter++, path.extension().string());
+  return path.parent_path() /
+         fmt::format(".{}.{}-{}.part{}", path.stem().string(), ::getpid(), counter++, path.extension().string());
 }
 
 Result<void> move_into_place(const fs::path& from, const fs::path& to) {
@@ -78,7 +82,8 @@ Result<void> refuse_to_overwrite(const fs::path& path, bool force) {
   std::error_code error;
   const bool there = fs::is_directory(path, error) ? !fs::is_empty(path, error) : fs::exists(path, error);
   if (!there || force) return {};
-  return fail(Error::Kind::Exists, fmt::format("{}: is there already; choose another name, or --force to replace it", path.string()));
+  return fail(Error::Kind::Exists,
+              fmt::format("{}: is there already; choose another name, or --force to replace it", path.string()));
 }
 
 }  // namespace nadir

@@ -21,7 +21,9 @@ struct YamlMap::Node {
         if (entry.first.Scalar() == key) return entry.first.Mark().line + 1;
     return yaml.Mark().is_null() ? 1 : yaml.Mark().line + 1;
   }
-  std::string name(std::string_view key) const { return path.empty() ? std::string(key) : fmt::format("{}.{}", path, key); }
+  std::string name(std::string_view key) const {
+    return path.empty() ? std::string(key) : fmt::format("{}.{}", path, key);
+  }
 
   /// The value of a key, which counts as asked for; undefined where it is missing.
   YAML::Node find(std::string_view key) {
@@ -49,7 +51,9 @@ Result<YamlMap> YamlMap::parse(const std::string& file_name, const std::string& 
   try {  // yaml-cpp reports by exception
     const std::vector<YAML::Node> documents = YAML::LoadAll(text);
     if (documents.size() > 1)
-      return fail(Error::Kind::Malformed, fmt::format("{}:{}: expected one document, found another: remove the line '---' above it", file_name, documents[1].Mark().line + 1));
+      return fail(Error::Kind::Malformed,
+                  fmt::format("{}:{}: expected one document, found another: remove the line '---' above it", file_name,
+                              documents[1].Mark().line + 1));
     const YAML::Node root = documents.empty() ? YAML::Node() : documents[0];
     if (!root.IsMap()) return fail(Error::Kind::Malformed, fmt::format("{}:1: expected 'key: value' lines", file_name));
     return file->add(file, root, "");
@@ -188,7 +192,8 @@ Result<void> YamlMap::finish() const {
   std::stable_sort(faults.begin(), faults.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
   faults.erase(std::unique(faults.begin(), faults.end()), faults.end());
   std::string message;
-  for (const auto& [line, text] : faults) message += fmt::format("{}{}:{}: {}", message.empty() ? "" : "\n", file_->name, line, text);
+  for (const auto& [line, text] : faults)
+    message += fmt::format("{}{}:{}: {}", message.empty() ? "" : "\n", file_->name, line, text);
   return fail(Error::Kind::Malformed, message);
 }
 

@@ -27,13 +27,16 @@ Result<TypedHeight> parse_height(std::string_view text) {
   const std::size_t end = whole.find_first_of(" \t");
   const auto value = parse_number(whole.substr(0, end));
   if (!value)
-    return fail(Error::Kind::Malformed,
-                fmt::format("height '{}': expected metres with an optional datum, such as '120', '120 msl' or '120 agl'", whole));
+    return fail(
+        Error::Kind::Malformed,
+        fmt::format("height '{}': expected metres with an optional datum, such as '120', '120 msl' or '120 agl'",
+                    whole));
   if (end == std::string_view::npos) return TypedHeight{*value, HeightDatum::Ellipsoid};
   const std::string_view word = trim(whole.substr(end));
   for (std::size_t i = 0; i < datum_names.size(); ++i)
     if (word == datum_names[i]) return TypedHeight{*value, static_cast<HeightDatum>(i)};
-  return fail(Error::Kind::Malformed, fmt::format("height '{}': unknown datum '{}'{}", whole, word, suggestion(word, datum_names)));
+  return fail(Error::Kind::Malformed,
+              fmt::format("height '{}': unknown datum '{}'{}", whole, word, suggestion(word, datum_names)));
 }
 
 Result<double> geoid_height_m(double lat_rad, double lon_rad) {
@@ -51,15 +54,19 @@ Result<double> geoid_height_m(double lat_rad, double lon_rad) {
   }();
   double x = to_degrees(lon_rad), y = to_degrees(lat_rad), z = 0;
   if (!ellipsoid_from_geoid || !ellipsoid_from_geoid->Transform(1, &x, &y, &z) || !std::isfinite(z))
-    return fail(Error::Kind::NotFound, "heights above mean sea level need PROJ's EGM96 grid: install the package proj-data");
+    return fail(Error::Kind::NotFound,
+                "heights above mean sea level need PROJ's EGM96 grid: install the package proj-data");
   return z;
 }
 
 Result<double> ellipsoidal_height_m(const TypedHeight& height, double lat_rad, double lon_rad, double ground_m) {
   switch (height.datum) {
-    case HeightDatum::Ellipsoid: return height.value_m;
-    case HeightDatum::Agl: return height.value_m + ground_m;
-    case HeightDatum::Msl: break;
+    case HeightDatum::Ellipsoid:
+      return height.value_m;
+    case HeightDatum::Agl:
+      return height.value_m + ground_m;
+    case HeightDatum::Msl:
+      break;
   }
   const auto geoid_m = geoid_height_m(lat_rad, lon_rad);
   if (!geoid_m) return geoid_m;

@@ -80,7 +80,8 @@ struct Projection::Shared {
 Result<Projection> Projection::from_definition(const std::string& definition) {
   const QuietGdal quiet;
   OGRSpatialReference crs;
-  if (crs.SetFromUserInput(definition.c_str(), OGRSpatialReference::SET_FROM_USER_INPUT_LIMITATIONS_get()) != OGRERR_NONE)
+  if (crs.SetFromUserInput(definition.c_str(), OGRSpatialReference::SET_FROM_USER_INPUT_LIMITATIONS_get()) !=
+      OGRERR_NONE)
     return fail(Error::Kind::Malformed, fmt::format("'{}': expected a CRS that PROJ knows, such as EPSG:32614: {}",
                                                     definition.substr(0, 80), CPLGetLastErrorMsg()));
   crs.SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
@@ -91,12 +92,16 @@ Result<Projection> Projection::from_definition(const std::string& definition) {
   const char* datum = crs.GetAttrValue("DATUM");
   shared->datum = datum ? datum : "unnamed datum";
   if (crs.IsLocal() || crs.IsGeocentric())
-    return fail(Error::Kind::Unsupported, fmt::format("CRS '{}': expected a geographic or projected CRS", shared->name));
+    return fail(Error::Kind::Unsupported,
+                fmt::format("CRS '{}': expected a geographic or projected CRS", shared->name));
 
-  // PROJ's grids and our ellipsoid are the Earth's: all of its ellipsoids and spheres lie within 0.3 %, Venus 5 % below.
+  // PROJ's grids and our ellipsoid are the Earth's: all of its ellipsoids and spheres lie within 0.3 %, Venus 5 %
+  // below.
   constexpr double earth_m = 6378137;
   if (const double radius_m = crs.GetSemiMajor(); !(std::abs(radius_m / earth_m - 1) < 0.01))
-    return fail(Error::Kind::Unsupported, fmt::format("CRS '{}': expected one of the Earth, found one of a body of {:.0f} m radius", shared->name, radius_m));
+    return fail(Error::Kind::Unsupported,
+                fmt::format("CRS '{}': expected one of the Earth, found one of a body of {:.0f} m radius", shared->name,
+                            radius_m));
 
   // Heights of a compound or three-dimensional CRS play no part in where a texel lies.
   if (crs.IsCompound()) crs.StripVertical();
@@ -112,7 +117,11 @@ Result<Projection> Projection::from_definition(const std::string& definition) {
     shared->original[0].reset(OGRCreateCoordinateTransformation(&lon_lat, &crs));
     shared->original[1].reset(OGRCreateCoordinateTransformation(&crs, &lon_lat));
     if (!shared->original[0] || !shared->original[1])
-      return fail(Error::Kind::Unsupported, fmt::format("CRS '{}': PROJ knows no way between it and WGS-84; warp the map to another CRS with gdalwarp -t_srs", shared->name));
+      return fail(
+          Error::Kind::Unsupported,
+          fmt::format(
+              "CRS '{}': PROJ knows no way between it and WGS-84; warp the map to another CRS with gdalwarp -t_srs",
+              shared->name));
   }
   return Projection(std::move(shared));
 }

@@ -57,21 +57,28 @@ bool is_date(std::string_view text) {
   if (text.size() != 4 && text.size() != 7 && text.size() != 10 && text.size() != 20) return false;
   for (std::size_t i = 0; i < text.size(); ++i)
     if (shape[i] == '0' ? text[i] < '0' || text[i] > '9' : text[i] != shape[i]) return false;
-  const auto two_digits = [&](std::size_t at) { return text.size() > at ? (text[at] - '0') * 10 + text[at + 1] - '0' : 1; };
+  const auto two_digits = [&](std::size_t at) {
+    return text.size() > at ? (text[at] - '0') * 10 + text[at + 1] - '0' : 1;
+  };
   return two_digits(5) >= 1 && two_digits(5) <= 12 && two_digits(8) >= 1 && two_digits(8) <= 31;
 }
 
 Result<void> check(const BuildOptions& options) {
   if (options.sources.empty()) return fail(Error::Kind::NotFound, "no source: name a raster, or a folder of map tiles");
   if (options.output.filename().empty() || options.output.string().starts_with("/vsi"))
-    return fail(Error::Kind::Unsupported, fmt::format("{}: expected the name of a file on disk to write", options.output.string()));
+    return fail(Error::Kind::Unsupported,
+                fmt::format("{}: expected the name of a file on disk to write", options.output.string()));
   if (options.tile_size < 128 || options.tile_size > 4096 || options.tile_size % 16 != 0)
-    return fail(Error::Kind::Unsupported, fmt::format("tile size {}: expected a multiple of 16 from 128 to 4096", options.tile_size));
+    return fail(Error::Kind::Unsupported,
+                fmt::format("tile size {}: expected a multiple of 16 from 128 to 4096", options.tile_size));
   if (!options.acquired.empty() && !is_date(options.acquired))
-    return fail(Error::Kind::Malformed, fmt::format("acquired '{}': expected a date such as 2014-07-20 or 2014-07-20T17:05:00Z", options.acquired));
+    return fail(
+        Error::Kind::Malformed,
+        fmt::format("acquired '{}': expected a date such as 2014-07-20 or 2014-07-20T17:05:00Z", options.acquired));
   std::error_code error;
   if (fs::is_directory(options.output, error))
-    return fail(Error::Kind::Exists, fmt::format("{}: is a folder; name a file, such as map.tif in it", options.output.string()));
+    return fail(Error::Kind::Exists,
+                fmt::format("{}: is a folder; name a file, such as map.tif in it", options.output.string()));
   return refuse_to_overwrite(options.output, options.force);
 }
 
@@ -99,21 +106,25 @@ std::string_view to_string(Reduction reduction) {
 }
 
 Reduction choose_reduction(std::optional<tile::Role> role, std::optional<tile::RadarScale> scale, Mosaic& mosaic) {
-  const tile::Band& band = mosaic.sources.front().description.bands[static_cast<std::size_t>(mosaic.sources.front().bands.front()) - 1];
+  const tile::Band& band =
+      mosaic.sources.front().description.bands[static_cast<std::size_t>(mosaic.sources.front().bands.front()) - 1];
   if (role == tile::Role::Labels) return Reduction::Mode;
   if (band.color == "Palette") {
-    mosaic.warnings.push_back(fmt::format("{} holds palette indices, which are never blended: give it role labels, or expand it with gdal_translate -expand rgb",
-                                          mosaic.sources.front().label));
+    mosaic.warnings.push_back(
+        fmt::format("{} holds palette indices, which are never blended: give it role labels, or expand it with "
+                    "gdal_translate -expand rgb",
+                    mosaic.sources.front().label));
     return Reduction::Mode;
   }
   if (role != tile::Role::Radar) return Reduction::Mean;
   const bool floating = GDALDataTypeIsFloating(mosaic.sources.front().type);
-  return scale.value_or(tile::usual_radar_scale(floating)) == tile::RadarScale::Decibel ? Reduction::MeanOfPower : Reduction::Mean;
+  return scale.value_or(tile::usual_radar_scale(floating)) == tile::RadarScale::Decibel ? Reduction::MeanOfPower
+                                                                                        : Reduction::Mean;
 }
 
 /// Writes `mosaic` with GDAL's COG driver. `levels`: already reduced, or empty, and the driver reduces.
-Result<void> write_map(const Mosaic& mosaic, const std::vector<fs::path>& levels, Reduction reduction, CPLStringList creation, const BuildOptions& options,
-                       const fs::path& path) {
+Result<void> write_map(const Mosaic& mosaic, const std::vector<fs::path>& levels, Reduction reduction,
+                       CPLStringList creation, const BuildOptions& options, const fs::path& path) {
   auto source = open_mosaic(mosaic, levels);
   if (!source) return fail(source);
   creation.SetNameValue("BLOCKSIZE", std::to_string(options.tile_size).c_str());
@@ -127,25 +138,31 @@ Result<void> write_map(const Mosaic& mosaic, const std::vector<fs::path>& levels
   const tile::GdalMessages messages;
   GdalProgress progress(options.show_progress);
   GDALDriver* driver = GetGDALDriverManager()->GetDriverByName("COG");
-  tile::Dataset map{driver->CreateCopy(path.c_str(), source->get(), FALSE, creation.List(), &GdalProgress::report, &progress)};
+  tile::Dataset map{
+      driver->CreateCopy(path.c_str(), source->get(), FALSE, creation.List(), &GdalProgress::report, &progress)};
   const bool written = map != nullptr;
   map.reset();  // what is still buffered is written here, and may fail here
   if (!written || messages.failed())
-    return fail(Error::Kind::Io, fmt::format("{}: cannot be made: {}; is a source damaged, or the disk full?", options.output.string(), messages.first()));
+    return fail(Error::Kind::Io, fmt::format("{}: cannot be made: {}; is a source damaged, or the disk full?",
+                                             options.output.string(), messages.first()));
   return {};
 }
 
 /// Reads the last tile of every level: level 0 lies last in the file, so one that was cut short fails here.
 Result<void> check_readable(const fs::path& path, const fs::path& output) {
   auto map = tile::open_raster(path.string());
-  if (!map) return fail(Error::Kind::Io, fmt::format("{}: was not written as a readable file: {}", output.string(), map.error().message));
+  if (!map)
+    return fail(Error::Kind::Io,
+                fmt::format("{}: was not written as a readable file: {}", output.string(), map.error().message));
   const tile::GdalMessages messages;
   GDALRasterBand& band = *(*map)->GetRasterBand(1);
   for (int i = -1; i < band.GetOverviewCount(); ++i) {
     GDALRasterBand& level = i < 0 ? band : *band.GetOverview(i);
     double sample = 0;
-    if (level.RasterIO(GF_Read, level.GetXSize() - 1, level.GetYSize() - 1, 1, 1, &sample, 1, 1, GDT_Float64, 0, 0, nullptr) != CE_None)
-      return fail(Error::Kind::Io, fmt::format("{}: was not written whole: {}; is the disk full?", output.string(), messages.first()));
+    if (level.RasterIO(GF_Read, level.GetXSize() - 1, level.GetYSize() - 1, 1, 1, &sample, 1, 1, GDT_Float64, 0, 0,
+                       nullptr) != CE_None)
+      return fail(Error::Kind::Io,
+                  fmt::format("{}: was not written whole: {}; is the disk full?", output.string(), messages.first()));
   }
   return {};
 }
@@ -164,8 +181,10 @@ Result<void> put_in_place(const fs::path& from, const fs::path& to) {
 
 std::uint64_t raw_bytes(const tile::MapDescription& map) {
   std::uint64_t texel = 0, bytes = 0;
-  for (const tile::Band& band : map.bands) texel += static_cast<std::uint64_t>(GDALGetDataTypeSizeBytes(GDALGetDataTypeByName(band.stored_type.c_str())));
-  for (const tile::Level& level : map.levels) bytes += static_cast<std::uint64_t>(level.width) * static_cast<std::uint64_t>(level.height) * texel;
+  for (const tile::Band& band : map.bands)
+    texel += static_cast<std::uint64_t>(GDALGetDataTypeSizeBytes(GDALGetDataTypeByName(band.stored_type.c_str())));
+  for (const tile::Level& level : map.levels)
+    bytes += static_cast<std::uint64_t>(level.width) * static_cast<std::uint64_t>(level.height) * texel;
   return bytes;
 }
 
@@ -183,7 +202,8 @@ Result<BuildReport> build(const BuildOptions& given) {
   BuildOptions options = given;
   options.role = role_of(given, *sources);
   if (given.radar_scale && options.role != tile::Role::Radar)
-    return fail(Error::Kind::Unsupported, fmt::format("radar scale {}: it is for role radar", to_string(*given.radar_scale)));
+    return fail(Error::Kind::Unsupported,
+                fmt::format("radar scale {}: it is for role radar", to_string(*given.radar_scale)));
   auto mosaic = lay_out(std::move(*sources), /*alpha_to_mask=*/options.compression == Compression::Jpeg);
   if (!mosaic) return fail(mosaic);
   if (options.role) set_metadata(*mosaic, "NADIR_ROLE", to_string(*options.role));
@@ -202,7 +222,8 @@ Result<BuildReport> build(const BuildOptions& given) {
   if (reduction == Reduction::MeanOfPower || (reduction == Reduction::Mean && floating)) {
     auto full = open_mosaic(*mosaic, {});
     if (!full) return fail(full);
-    auto reduced = reduce(**full, *mosaic, reduction == Reduction::MeanOfPower ? Mean::Power : Mean::AsStored, options.tile_size, *scratch, options.show_progress);
+    auto reduced = reduce(**full, *mosaic, reduction == Reduction::MeanOfPower ? Mean::Power : Mean::AsStored,
+                          options.tile_size, *scratch, options.show_progress);
     if (!reduced) return fail(reduced);
     levels = std::move(*reduced);
   }

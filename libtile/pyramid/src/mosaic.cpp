@@ -67,7 +67,9 @@ void copy_band_properties(GDALRasterBand& from, GDALRasterBand& to, bool keep_no
 std::string overviews_xml(std::span<const std::filesystem::path> levels, int band) {
   std::string xml;
   for (const auto& level : levels)
-    xml += fmt::format("<Overview><SourceFilename relativeToVRT=\"0\">{}</SourceFilename><SourceBand>{}</SourceBand></Overview>\n", xml_escaped(level.string()), band);
+    xml += fmt::format(
+        "<Overview><SourceFilename relativeToVRT=\"0\">{}</SourceFilename><SourceBand>{}</SourceBand></Overview>\n",
+        xml_escaped(level.string()), band);
   return xml;
 }
 
@@ -92,11 +94,14 @@ Result<Mosaic> lay_out(std::vector<Source> sources, bool alpha_to_mask) {
   for (const Source& source : sources) {
     const Eigen::Vector2d corner = texel_from_crs * source.description.georeference->crs_from_texel.translation();
     if (!(corner.cwiseAbs().maxCoeff() < std::numeric_limits<int>::max()))
-      return fail(Error::Kind::Unsupported, fmt::format("{}: lies further from {} than a raster can span", source.label, first.label));
+      return fail(Error::Kind::Unsupported,
+                  fmt::format("{}: lies further from {} than a raster can span", source.label, first.label));
     const std::int64_t x = std::llround(corner.x()), y = std::llround(corner.y());
-    const double shift = std::max(std::abs(corner.x() - static_cast<double>(x)), std::abs(corner.y() - static_cast<double>(y)));
+    const double shift =
+        std::max(std::abs(corner.x() - static_cast<double>(x)), std::abs(corner.y() - static_cast<double>(y)));
     if (shift > 0.05)
-      mosaic.warnings.push_back(fmt::format("{} was moved by {:.2f} texels onto the grid of {}", source.label, shift, first.label));
+      mosaic.warnings.push_back(
+          fmt::format("{} was moved by {:.2f} texels onto the grid of {}", source.label, shift, first.label));
     corners.emplace_back(x, y);
     left = std::min(left, x);
     top = std::min(top, y);
@@ -104,7 +109,9 @@ Result<Mosaic> lay_out(std::vector<Source> sources, bool alpha_to_mask) {
     bottom = std::max(bottom, y + source.description.levels.front().height);
   }
   if (std::max(right - left, bottom - top) > std::numeric_limits<int>::max())
-    return fail(Error::Kind::Unsupported, fmt::format("{}: the sources span {} x {} texels, more than a raster can have", first.label, right - left, bottom - top));
+    return fail(Error::Kind::Unsupported,
+                fmt::format("{}: the sources span {} x {} texels, more than a raster can have", first.label,
+                            right - left, bottom - top));
   mosaic.width = static_cast<int>(right - left);
   mosaic.height = static_cast<int>(bottom - top);
   for (const auto& [x, y] : corners) mosaic.corners.emplace_back(static_cast<int>(x - left), static_cast<int>(y - top));
@@ -113,8 +120,11 @@ Result<Mosaic> lay_out(std::vector<Source> sources, bool alpha_to_mask) {
   const auto every_source_has = [&](ValiditySource kind) {
     return std::all_of(sources.begin(), sources.end(), [&](const Source& s) { return s.description.validity == kind; });
   };
-  if (first.alpha) mosaic.mask = alpha_to_mask;
-  else mosaic.mask = !every_source_has(ValiditySource::Nodata) && !(sources.size() == 1 && every_source_has(ValiditySource::None));
+  if (first.alpha)
+    mosaic.mask = alpha_to_mask;
+  else
+    mosaic.mask =
+        !every_source_has(ValiditySource::Nodata) && !(sources.size() == 1 && every_source_has(ValiditySource::None));
   mosaic.band_count = static_cast<int>(first.bands.size()) - (first.alpha && alpha_to_mask ? 1 : 0);
 
   auto metadata = common_metadata(sources);
@@ -129,19 +139,22 @@ Result<tile::Dataset> open_mosaic(const Mosaic& mosaic, std::span<const std::fil
   const auto piece = [&](std::size_t i, std::string band, std::string rule) {
     const Source& source = mosaic.sources[i];
     const tile::Level& size = source.description.levels.front();
-    return VirtualSource{source.path, std::move(band), GDALGetDataTypeName(source.type), size.width, size.height,
-                         mosaic.corners[i].first, mosaic.corners[i].second, std::move(rule)}
+    return VirtualSource{source.path, std::move(band),         GDALGetDataTypeName(source.type), size.width,
+                         size.height, mosaic.corners[i].first, mosaic.corners[i].second,         std::move(rule)}
         .xml();
   };
 
   const Eigen::Affine2d& grid = first.description.georeference->crs_from_texel;
   const Eigen::Vector2d origin = grid * Eigen::Vector2d(-mosaic.corners[0].first, -mosaic.corners[0].second);
-  std::string xml = fmt::format("<VRTDataset rasterXSize=\"{}\" rasterYSize=\"{}\">\n<GeoTransform>{:.17g}, {:.17g}, {:.17g}, {:.17g}, {:.17g}, {:.17g}</GeoTransform>\n",
-                                mosaic.width, mosaic.height, origin.x(), grid(0, 0), grid(0, 1), origin.y(), grid(1, 0), grid(1, 1));
+  std::string xml = fmt::format(
+      "<VRTDataset rasterXSize=\"{}\" rasterYSize=\"{}\">\n<GeoTransform>{:.17g}, {:.17g}, {:.17g}, {:.17g}, {:.17g}, "
+      "{:.17g}</GeoTransform>\n",
+      mosaic.width, mosaic.height, origin.x(), grid(0, 0), grid(0, 1), origin.y(), grid(1, 0), grid(1, 1));
   for (int b = 1; b <= mosaic.band_count; ++b) {
     const int number = first.bands[static_cast<std::size_t>(b) - 1];
     xml += fmt::format("<VRTRasterBand dataType=\"{}\" band=\"{}\">\n", GDALGetDataTypeName(first.type), b);
-    for (std::size_t i = 0; i < mosaic.sources.size(); ++i) xml += piece(i, std::to_string(number), see_through(mosaic, mosaic.sources[i], number));
+    for (std::size_t i = 0; i < mosaic.sources.size(); ++i)
+      xml += piece(i, std::to_string(number), see_through(mosaic, mosaic.sources[i], number));
     xml += overviews_xml(levels, b) + "</VRTRasterBand>\n";
   }
   if (mosaic.mask) {
@@ -150,21 +163,25 @@ Result<tile::Dataset> open_mosaic(const Mosaic& mosaic, std::span<const std::fil
       // A mask knows 0 and 255 only: alpha counts as seen from half on, as for a reader of the map.
       static constexpr auto from_half = "<NODATA>0</NODATA><LUT>0:0,127:0,128:255,255:255</LUT>";
       const Source& source = mosaic.sources[i];
-      xml += source.alpha ? piece(i, std::to_string(source.bands.back()), from_half) : piece(i, "mask,1", "<NODATA>0</NODATA>");
+      xml += source.alpha ? piece(i, std::to_string(source.bands.back()), from_half)
+                          : piece(i, "mask,1", "<NODATA>0</NODATA>");
     }
     xml += "</VRTRasterBand></MaskBand>\n";
   }
   xml += "</VRTDataset>\n";
 
   auto dataset = tile::open_raster(xml);
-  if (!dataset) return fail(Error::Kind::Malformed, fmt::format("{}: cannot be read as a mosaic: {}", first.label, dataset.error().message.substr(xml.size())));
+  if (!dataset)
+    return fail(Error::Kind::Malformed, fmt::format("{}: cannot be read as a mosaic: {}", first.label,
+                                                    dataset.error().message.substr(xml.size())));
   auto properties = tile::open_raster(first.path);
   if (!properties) return fail(properties);
   const tile::GdalMessages messages;
   (*dataset)->SetSpatialRef((*properties)->GetSpatialRef());
   for (const auto& [key, value] : mosaic.metadata) (*dataset)->SetMetadataItem(key.c_str(), value.c_str());
   for (int b = 1; b <= mosaic.band_count; ++b)
-    copy_band_properties(*(*properties)->GetRasterBand(first.bands[static_cast<std::size_t>(b) - 1]), *(*dataset)->GetRasterBand(b), !mosaic.mask);
+    copy_band_properties(*(*properties)->GetRasterBand(first.bands[static_cast<std::size_t>(b) - 1]),
+                         *(*dataset)->GetRasterBand(b), !mosaic.mask);
   return dataset;
 }
 

@@ -65,15 +65,17 @@ CPLErr write(GDALRasterBand& band, const Rectangle& r, void* from, GDALDataType 
 
 /// The rectangle of the finer level that covers `r`.
 Rectangle covered(const Rectangle& r, const std::vector<Cover>& columns, const std::vector<Cover>& rows) {
-  const Cover &left = columns[static_cast<std::size_t>(r.x)], &right = columns[static_cast<std::size_t>(r.x + r.width - 1)];
+  const Cover &left = columns[static_cast<std::size_t>(r.x)],
+              &right = columns[static_cast<std::size_t>(r.x + r.width - 1)];
   const Cover &top = rows[static_cast<std::size_t>(r.y)], &bottom = rows[static_cast<std::size_t>(r.y + r.height - 1)];
   return {left.first, top.first, right.first + right.count - left.first, bottom.first + bottom.count - top.first};
 }
 
 /// Calls `each(i, values, weights)` for every sample i of `to`, with the valid samples of `from` that it covers.
 template <class Each>
-void for_each_sample(const Rectangle& to, const Rectangle& from, const std::vector<Cover>& columns, const std::vector<Cover>& rows,
-                     const std::vector<double>& samples, const std::vector<std::uint8_t>& valid, Each&& each) {
+void for_each_sample(const Rectangle& to, const Rectangle& from, const std::vector<Cover>& columns,
+                     const std::vector<Cover>& rows, const std::vector<double>& samples,
+                     const std::vector<std::uint8_t>& valid, Each&& each) {
   std::array<double, 9> values, weights;
   std::size_t i = 0;
   for (int y = to.y; y < to.y + to.height; ++y) {
@@ -87,7 +89,8 @@ void for_each_sample(const Rectangle& to, const Rectangle& from, const std::vect
                           static_cast<std::size_t>(column.first + dx - from.x);
           if (valid[at] < 128 || !std::isfinite(samples[at])) continue;
           values[count] = samples[at];
-          weights[count++] = static_cast<double>(row.parts[static_cast<std::size_t>(dy)]) * column.parts[static_cast<std::size_t>(dx)];
+          weights[count++] =
+              static_cast<double>(row.parts[static_cast<std::size_t>(dy)]) * column.parts[static_cast<std::size_t>(dx)];
         }
       }
       each(i, std::span(values.data(), count), std::span<const double>(weights.data(), count));
@@ -96,8 +99,8 @@ void for_each_sample(const Rectangle& to, const Rectangle& from, const std::vect
 }
 
 /// Reduces what the rectangle `to` of the coarser level covers. False where GDAL cannot read or write.
-bool reduce_rectangle(const Level& fine, const Level& coarse, const Rectangle& to, const std::vector<Cover>& columns, const std::vector<Cover>& rows,
-                      const std::vector<BandRule>& rules) {
+bool reduce_rectangle(const Level& fine, const Level& coarse, const Rectangle& to, const std::vector<Cover>& columns,
+                      const std::vector<Cover>& rows, const std::vector<BandRule>& rules) {
   const Rectangle from = covered(to, columns, rows);
   std::vector<double> samples(from.area()), reduced(to.area());
   std::vector<std::uint8_t> valid(from.area()), any_valid(to.area(), 0);
@@ -106,20 +109,25 @@ bool reduce_rectangle(const Level& fine, const Level& coarse, const Rectangle& t
     GDALRasterBand& band = *fine.samples->GetRasterBand(static_cast<int>(b) + 1);
     GDALRasterBand& mask = fine.mask ? *fine.mask : *band.GetMaskBand();
     if (read(band, from, samples.data(), GDT_Float64) != CE_None) return false;
-    if (rule.alpha) std::fill(valid.begin(), valid.end(), std::uint8_t{255});
-    else if (read(mask, from, valid.data(), GDT_Byte) != CE_None) return false;
+    if (rule.alpha)
+      std::fill(valid.begin(), valid.end(), std::uint8_t{255});
+    else if (read(mask, from, valid.data(), GDT_Byte) != CE_None)
+      return false;
 
-    for_each_sample(to, from, columns, rows, samples, valid, [&](std::size_t i, std::span<double> values, std::span<const double> weights) {
-      if (!values.empty()) any_valid[i] = 255;
-      reduced[i] = rule.average(values, weights);
-    });
-    if (write(*coarse.samples->GetRasterBand(static_cast<int>(b) + 1), to, reduced.data(), GDT_Float64) != CE_None) return false;
+    for_each_sample(to, from, columns, rows, samples, valid,
+                    [&](std::size_t i, std::span<double> values, std::span<const double> weights) {
+                      if (!values.empty()) any_valid[i] = 255;
+                      reduced[i] = rule.average(values, weights);
+                    });
+    if (write(*coarse.samples->GetRasterBand(static_cast<int>(b) + 1), to, reduced.data(), GDT_Float64) != CE_None)
+      return false;
   }
   return !coarse.mask || write(*coarse.mask, to, any_valid.data(), GDT_Byte) == CE_None;
 }
 
 /// An empty tiled file for one level.
-tile::Dataset create_level(const std::filesystem::path& path, const LevelSize& size, int bands, GDALDataType type, int tile_size) {
+tile::Dataset create_level(const std::filesystem::path& path, const LevelSize& size, int bands, GDALDataType type,
+                           int tile_size) {
   const std::string side = std::to_string(tile_size);
   CPLStringList creation;
   creation.SetNameValue("TILED", "YES");
@@ -142,7 +150,8 @@ std::vector<Cover> covers(int fine, int coarse) {
     Cover& cover = all[static_cast<std::size_t>(i)];
     cover.first = static_cast<int>(begin / coarse);
     for (std::int64_t j = cover.first; j * coarse < end; ++j)
-      cover.parts[static_cast<std::size_t>(cover.count++)] = static_cast<int>(std::min((j + 1) * coarse, end) - std::max(j * coarse, begin));
+      cover.parts[static_cast<std::size_t>(cover.count++)] =
+          static_cast<int>(std::min((j + 1) * coarse, end) - std::max(j * coarse, begin));
   }
   return all;
 }
@@ -176,7 +185,8 @@ std::vector<LevelSize> level_sizes(int width, int height) {
   return sizes;
 }
 
-Result<std::vector<std::filesystem::path>> reduce(GDALDataset& full, const Mosaic& mosaic, Mean kind, int tile_size, const Scratch& scratch, bool show_progress) {
+Result<std::vector<std::filesystem::path>> reduce(GDALDataset& full, const Mosaic& mosaic, Mean kind, int tile_size,
+                                                  const Scratch& scratch, bool show_progress) {
   const std::vector<LevelSize> sizes = level_sizes(mosaic.width, mosaic.height);
   std::vector<BandRule> rules;
   for (int b = 1; b <= mosaic.band_count; ++b) rules.push_back(rule_of(*full.GetRasterBand(b), kind));
@@ -189,8 +199,8 @@ Result<std::vector<std::filesystem::path>> reduce(GDALDataset& full, const Mosai
 
   const tile::GdalMessages messages;
   const auto broken = [&](std::size_t level) {
-    return fail(Error::Kind::Io, fmt::format("{}: level {} cannot be made: {}; is a source damaged, or the disk full?", scratch.output().string(), level,
-                                             messages.first()));
+    return fail(Error::Kind::Io, fmt::format("{}: level {} cannot be made: {}; is a source damaged, or the disk full?",
+                                             scratch.output().string(), level, messages.first()));
   };
   std::vector<std::filesystem::path> files;
   tile::Dataset fine_samples;  // of level 1 on; level 0 is the caller's
@@ -209,7 +219,8 @@ Result<std::vector<std::filesystem::path>> reduce(GDALDataset& full, const Mosai
 
     // Tile by tile, so that memory does not grow with the map.
     const Level coarse{samples.get(), mosaic.mask ? samples->GetRasterBand(1)->GetMaskBand() : nullptr};
-    const std::vector<Cover> columns = covers(fine_size.width, size.width), rows = covers(fine_size.height, size.height);
+    const std::vector<Cover> columns = covers(fine_size.width, size.width),
+                             rows = covers(fine_size.height, size.height);
     for (int y = 0; y < size.height; y += tile_size) {
       for (int x = 0; x < size.width; x += tile_size) {
         const Rectangle to{x, y, std::min(tile_size, size.width - x), std::min(tile_size, size.height - y)};

@@ -43,6 +43,7 @@ std::vector<LevelSize> level_sizes(int width, int height);
 /// A sample that is invalid or not finite has no part in a mean; where none has, nodata is written, NaN where the
 /// type can and no nodata is set, else 0. Integers are rounded to nearest, and never onto nodata.
 /// Error: half a step of the sample type a level.
-Result<std::vector<std::filesystem::path>> reduce(GDALDataset& full, const Mosaic& mosaic, Mean kind, int tile_size, const Scratch& scratch, bool show_progress);
+Result<std::vector<std::filesystem::path>> reduce(GDALDataset& full, const Mosaic& mosaic, Mean kind, int tile_size,
+                                                  const Scratch& scratch, bool show_progress);
 
 }  // namespace nadir::pyramid

@@ -14,7 +14,8 @@ Result<Scratch> Scratch::beside(const fs::path& output) {
   const fs::path folder = temporary_name(fs::absolute(output));
   std::error_code error;
   fs::create_directories(folder, error);
-  if (error) return fail(Error::Kind::Io, fmt::format("{}: cannot write beside it: {}", output.string(), error.message()));
+  if (error)
+    return fail(Error::Kind::Io, fmt::format("{}: cannot write beside it: {}", output.string(), error.message()));
   return Scratch(output, folder);
 }
 

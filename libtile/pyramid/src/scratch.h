@@ -21,7 +21,8 @@ class Scratch {
   std::filesystem::path file(const std::string& name) const { return folder_ / name; }
 
  private:
-  Scratch(std::filesystem::path output, std::filesystem::path folder) : output_(std::move(output)), folder_(std::move(folder)) {}
+  Scratch(std::filesystem::path output, std::filesystem::path folder)
+      : output_(std::move(output)), folder_(std::move(folder)) {}
   std::filesystem::path output_, folder_;
 };
 

@@ -32,7 +32,8 @@ Result<Source> open_source(const std::string& name, std::optional<int> zoom) {
   std::vector<int> unused_overviews;
   source.description = tile::describe_dataset(**dataset, name, unused_overviews);
   if (!source.description.georeference)
-    return fail(Error::Kind::Malformed, fmt::format("{}: expected a georeferenced raster, found {}", name, source.description.georeference_problem));
+    return fail(Error::Kind::Malformed, fmt::format("{}: expected a georeferenced raster, found {}", name,
+                                                    source.description.georeference_problem));
   return source;
 }
 
@@ -52,13 +53,18 @@ Result<void> choose_bands(Source& source, std::vector<int> numbers) {
   for (const int number : numbers) {
     const tile::Band& band = bands[static_cast<std::size_t>(number) - 1];
     if (!band.sample_type)
-      return fail(Error::Kind::Unsupported, fmt::format("{}: band {} {}", source.label, number, band.why_not_rendered()));
+      return fail(Error::Kind::Unsupported,
+                  fmt::format("{}: band {} {}", source.label, number, band.why_not_rendered()));
     if (band.stored_type != first.stored_type)
-      return fail(Error::Kind::Unsupported, fmt::format("{}: band {} has type {} and band {} has type {}, and one map holds one type; choose among them with --bands",
-                                                        source.label, numbers.front(), first.stored_type, number, band.stored_type));
-    const bool same_nodata = band.nodata == first.nodata || (band.nodata && first.nodata && std::isnan(*band.nodata) && std::isnan(*first.nodata));
+      return fail(Error::Kind::Unsupported,
+                  fmt::format("{}: band {} has type {} and band {} has type {}, and one map holds one type; choose "
+                              "among them with --bands",
+                              source.label, numbers.front(), first.stored_type, number, band.stored_type));
+    const bool same_nodata = band.nodata == first.nodata ||
+                             (band.nodata && first.nodata && std::isnan(*band.nodata) && std::isnan(*first.nodata));
     if (band.color != "Alpha" && !same_nodata)
-      return fail(Error::Kind::Unsupported, fmt::format("{}: bands {} and {} have different nodata values, and a GeoTIFF holds one; choose among them with --bands, "
+      return fail(Error::Kind::Unsupported, fmt::format("{}: bands {} and {} have different nodata values, and a "
+                                                        "GeoTIFF holds one; choose among them with --bands, "
                                                         "or make them agree with gdal_translate -a_nodata",
                                                         source.label, numbers.front(), number));
   }
@@ -70,21 +76,28 @@ Result<void> choose_bands(Source& source, std::vector<int> numbers) {
 /// A mosaic keeps texels as they are: one CRS, one texel size, the same bands.
 Result<void> check_agreement(const Source& first, const Source& other) {
   const auto refuse = [&](const std::string& what) {
-    return fail(Error::Kind::Unsupported, fmt::format("{}: {}; a mosaic needs sources that agree with the first, {}", other.label, what, first.label));
+    return fail(Error::Kind::Unsupported, fmt::format("{}: {}; a mosaic needs sources that agree with the first, {}",
+                                                      other.label, what, first.label));
   };
   OGRSpatialReference a, b;
   a.importFromWkt(first.description.georeference->wkt.c_str());
   b.importFromWkt(other.description.georeference->wkt.c_str());
   if (!a.IsSame(&b))
-    return refuse(fmt::format("its CRS is {}, not {}: bring it there with gdalwarp -t_srs", other.description.georeference->crs, first.description.georeference->crs));
-  if (other.description.bands.size() != first.description.bands.size() || other.alpha != first.alpha || other.bands != first.bands)
-    return refuse(fmt::format("it has {} bands{}, not {}{}", other.description.bands.size(), other.alpha ? " with alpha" : "", first.description.bands.size(),
+    return refuse(fmt::format("its CRS is {}, not {}: bring it there with gdalwarp -t_srs",
+                              other.description.georeference->crs, first.description.georeference->crs));
+  if (other.description.bands.size() != first.description.bands.size() || other.alpha != first.alpha ||
+      other.bands != first.bands)
+    return refuse(fmt::format("it has {} bands{}, not {}{}", other.description.bands.size(),
+                              other.alpha ? " with alpha" : "", first.description.bands.size(),
                               first.alpha ? " with alpha" : ""));
-  if (other.type != first.type) return refuse(fmt::format("its type is {}, not {}", GDALGetDataTypeName(other.type), GDALGetDataTypeName(first.type)));
+  if (other.type != first.type)
+    return refuse(
+        fmt::format("its type is {}, not {}", GDALGetDataTypeName(other.type), GDALGetDataTypeName(first.type)));
 
   // A hundredth of a texel over the whole width is drift nobody sees.
   const Eigen::Matrix2d step = first.description.georeference->crs_from_texel.linear();
-  const Eigen::Matrix2d relative = step.inverse() * other.description.georeference->crs_from_texel.linear() - Eigen::Matrix2d::Identity();
+  const Eigen::Matrix2d relative =
+      step.inverse() * other.description.georeference->crs_from_texel.linear() - Eigen::Matrix2d::Identity();
   const tile::Level& size = other.description.levels.front();
   if (!(relative.cwiseAbs().maxCoeff() * std::max(size.width, size.height) < 0.01))
     return refuse("its texels have another size or direction: bring it onto that grid with gdalwarp -tr and -tap");
@@ -93,7 +106,8 @@ Result<void> check_agreement(const Source& first, const Source& other) {
 
 }  // namespace
 
-Result<std::vector<Source>> open_sources(const std::vector<std::string>& names, const std::vector<std::string>& bands, std::optional<int> zoom) {
+Result<std::vector<Source>> open_sources(const std::vector<std::string>& names, const std::vector<std::string>& bands,
+                                         std::optional<int> zoom) {
   std::vector<Source> sources;
   std::vector<int> chosen;
   for (const std::string& name : names) {
@@ -111,7 +125,8 @@ Result<std::vector<Source>> open_sources(const std::vector<std::string>& names, 
       for (int b = 1; b <= static_cast<int>(source->description.bands.size()); ++b) numbers.push_back(b);
     for (const int number : numbers)
       if (number > static_cast<int>(source->description.bands.size()))
-        return fail(Error::Kind::NotFound, fmt::format("{}: no band {}: it has bands 1 to {}", name, number, source->description.bands.size()));
+        return fail(Error::Kind::NotFound, fmt::format("{}: no band {}: it has bands 1 to {}", name, number,
+                                                       source->description.bands.size()));
     if (const auto ok = choose_bands(*source, std::move(numbers)); !ok) return fail(ok);
     if (!sources.empty())
       if (const auto ok = check_agreement(sources.front(), *source); !ok) return fail(ok);

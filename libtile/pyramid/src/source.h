@@ -19,9 +19,9 @@ struct Source {
   std::string path;   // what GDAL opens
   std::string label;  // what the user called it, for messages
   tile::MapDescription description;
-  GDALDataType type = GDT_Unknown;  // of all bands
-  std::vector<int> bands;           // those to take, numbers from 1, alpha last
-  bool alpha = false;               // the last of `bands` is alpha
+  GDALDataType type = GDT_Unknown;           // of all bands
+  std::vector<int> bands;                    // those to take, numbers from 1, alpha last
+  bool alpha = false;                        // the last of `bands` is alpha
   std::shared_ptr<const MemoryFile> memory;  // holds the file at `path` where it is one we wrote
 };
 

@@ -44,9 +44,11 @@ std::vector<TileFile> list_tiles(const fs::path& zoom_folder) {
     const auto x = number(column.path().filename().string());
     if (!x || !column.is_directory(error)) continue;
     for (const auto& file : fs::directory_iterator(column.path(), error))
-      if (const auto y = number(file.path().stem().string()); y && is_tile(file.path())) tiles.push_back({*x, *y, file.path()});
+      if (const auto y = number(file.path().stem().string()); y && is_tile(file.path()))
+        tiles.push_back({*x, *y, file.path()});
   }
-  std::sort(tiles.begin(), tiles.end(), [](const TileFile& a, const TileFile& b) { return std::pair(a.y, a.x) < std::pair(b.y, b.x); });
+  std::sort(tiles.begin(), tiles.end(),
+            [](const TileFile& a, const TileFile& b) { return std::pair(a.y, a.x) < std::pair(b.y, b.x); });
   return tiles;
 }
 
@@ -69,23 +71,29 @@ Result<std::array<VirtualSource, 4>> pieces_of(const TileFile& tile, int side, i
   GDALDataset& raster = **dataset;
   const int count = raster.GetRasterCount();
   if (raster.GetRasterBand(1)->GetRasterDataType() != GDT_Byte || count > 4)
-    return fail(Error::Kind::Unsupported, fmt::format("{}: expected a picture of 1 to 4 bands of 8 bits, found {} of type {}", tile.path.string(),
-                                                      count, GDALGetDataTypeName(raster.GetRasterBand(1)->GetRasterDataType())));
+    return fail(Error::Kind::Unsupported,
+                fmt::format("{}: expected a picture of 1 to 4 bands of 8 bits, found {} of type {}", tile.path.string(),
+                            count, GDALGetDataTypeName(raster.GetRasterBand(1)->GetRasterDataType())));
   if (raster.GetRasterXSize() != side || raster.GetRasterYSize() != side)
-    return fail(Error::Kind::Unsupported, fmt::format("{}: expected {} x {} texels as the other tiles have, found {} x {}", tile.path.string(), side,
-                                                      side, raster.GetRasterXSize(), raster.GetRasterYSize()));
+    return fail(Error::Kind::Unsupported,
+                fmt::format("{}: expected {} x {} texels as the other tiles have, found {} x {}", tile.path.string(),
+                            side, side, raster.GetRasterXSize(), raster.GetRasterYSize()));
 
-  VirtualSource piece{fs::absolute(tile.path).string(), "1", "Byte", side, side, (tile.x - left) * side, (tile.y - top) * side, ""};
+  VirtualSource piece{
+      fs::absolute(tile.path).string(), "1", "Byte", side, side, (tile.x - left) * side, (tile.y - top) * side, ""};
   std::array<VirtualSource, 4> pieces;
   pieces.fill(piece);
   if (count == 1 && raster.GetRasterBand(1)->GetColorTable()) {
-    for (int i = 0; i < 4; ++i) pieces[static_cast<std::size_t>(i)].rule = fmt::format("<ColorTableComponent>{}</ColorTableComponent>", i + 1);
+    for (int i = 0; i < 4; ++i)
+      pieces[static_cast<std::size_t>(i)].rule = fmt::format("<ColorTableComponent>{}</ColorTableComponent>", i + 1);
     return pieces;
   }
   if (count >= 3)
     for (int i = 0; i < 3; ++i) pieces[static_cast<std::size_t>(i)].band = std::to_string(i + 1);
-  if (count % 2 == 0) pieces[3].band = std::to_string(count);
-  else pieces[3].rule = "<ScaleOffset>255</ScaleOffset><ScaleRatio>0</ScaleRatio>";
+  if (count % 2 == 0)
+    pieces[3].band = std::to_string(count);
+  else
+    pieces[3].rule = "<ScaleOffset>255</ScaleOffset><ScaleRatio>0</ScaleRatio>";
   return pieces;
 }
 
@@ -95,10 +103,12 @@ Result<std::string> virtual_raster_of_tiles(const fs::path& folder, std::optiona
   if (!zoom) zoom = find_deepest_zoom(folder);
   const std::vector<TileFile> tiles = zoom ? list_tiles(folder / std::to_string(*zoom)) : std::vector<TileFile>();
   if (tiles.empty())
-    return fail(Error::Kind::NotFound, fmt::format("{}: expected a folder of map tiles, {{zoom}}/{{x}}/{{y}}.png, found none{}", folder.string(),
-                                                   zoom ? fmt::format(" at zoom {}", *zoom) : ""));
+    return fail(Error::Kind::NotFound,
+                fmt::format("{}: expected a folder of map tiles, {{zoom}}/{{x}}/{{y}}.png, found none{}",
+                            folder.string(), zoom ? fmt::format(" at zoom {}", *zoom) : ""));
   if (*zoom > deepest_zoom)
-    return fail(Error::Kind::Unsupported, fmt::format("{}: zoom {}: tiles are numbered to zoom {}", folder.string(), *zoom, deepest_zoom));
+    return fail(Error::Kind::Unsupported,
+                fmt::format("{}: zoom {}: tiles are numbered to zoom {}", folder.string(), *zoom, deepest_zoom));
 
   // The rectangle of tiles around all that are there
   int left = tiles.front().x, right = left;
@@ -107,7 +117,8 @@ Result<std::string> virtual_raster_of_tiles(const fs::path& folder, std::optiona
     right = std::max(right, tile.x);
     const std::int64_t count = std::int64_t{1} << *zoom;
     if (tile.x >= count || tile.y >= count)
-      return fail(Error::Kind::Malformed, fmt::format("{}: zoom {} has {} columns and rows only", tile.path.string(), *zoom, count));
+      return fail(Error::Kind::Malformed,
+                  fmt::format("{}: zoom {} has {} columns and rows only", tile.path.string(), *zoom, count));
   }
   const int top = tiles.front().y, bottom = tiles.back().y;
   auto first = tile::open_raster(tiles.front().path.string());
@@ -116,7 +127,8 @@ Result<std::string> virtual_raster_of_tiles(const fs::path& folder, std::optiona
   const std::int64_t width = (std::int64_t{right} - left + 1) * side, height = (std::int64_t{bottom} - top + 1) * side;
   if (std::max(width, height) > std::numeric_limits<int>::max())
     return fail(Error::Kind::Unsupported,
-                fmt::format("{}: its tiles span {} x {} texels, more than a raster can have; build a part of them", folder.string(), width, height));
+                fmt::format("{}: its tiles span {} x {} texels, more than a raster can have; build a part of them",
+                            folder.string(), width, height));
 
   std::array<std::string, 4> bands;
   for (const TileFile& tile : tiles) {
@@ -127,11 +139,15 @@ Result<std::string> virtual_raster_of_tiles(const fs::path& folder, std::optiona
 
   const double tile_m = 2 * half_world_m / static_cast<double>(std::int64_t{1} << *zoom);
   const double texel_m = tile_m / side;
-  std::string xml = fmt::format("<VRTDataset rasterXSize=\"{}\" rasterYSize=\"{}\"><SRS>EPSG:3857</SRS><GeoTransform>{:.17g}, {:.17g}, 0, {:.17g}, 0, {:.17g}</GeoTransform>\n",
-                                width, height, left * tile_m - half_world_m, texel_m, half_world_m - top * tile_m, -texel_m);
+  std::string xml = fmt::format(
+      "<VRTDataset rasterXSize=\"{}\" rasterYSize=\"{}\"><SRS>EPSG:3857</SRS><GeoTransform>{:.17g}, {:.17g}, 0, "
+      "{:.17g}, 0, {:.17g}</GeoTransform>\n",
+      width, height, left * tile_m - half_world_m, texel_m, half_world_m - top * tile_m, -texel_m);
   static constexpr std::array colors = {"Red", "Green", "Blue", "Alpha"};
   for (std::size_t b = 0; b < 4; ++b)
-    xml += fmt::format("<VRTRasterBand dataType=\"Byte\" band=\"{}\"><ColorInterp>{}</ColorInterp>\n{}</VRTRasterBand>\n", b + 1, colors[b], bands[b]);
+    xml +=
+        fmt::format("<VRTRasterBand dataType=\"Byte\" band=\"{}\"><ColorInterp>{}</ColorInterp>\n{}</VRTRasterBand>\n",
+                    b + 1, colors[b], bands[b]);
   return xml + "</VRTDataset>\n";
 }
 

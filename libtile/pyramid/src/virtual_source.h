@@ -25,8 +25,10 @@ struct VirtualSource {
 
   std::string xml() const {
     return fmt::format(
-        "<ComplexSource><SourceFilename relativeToVRT=\"0\" shared=\"0\">{0}</SourceFilename><SourceBand>{1}</SourceBand>"
-        "<SourceProperties RasterXSize=\"{3}\" RasterYSize=\"{4}\" DataType=\"{2}\" BlockXSize=\"256\" BlockYSize=\"256\"/>"
+        "<ComplexSource><SourceFilename relativeToVRT=\"0\" "
+        "shared=\"0\">{0}</SourceFilename><SourceBand>{1}</SourceBand>"
+        "<SourceProperties RasterXSize=\"{3}\" RasterYSize=\"{4}\" DataType=\"{2}\" BlockXSize=\"256\" "
+        "BlockYSize=\"256\"/>"
         "<SrcRect xOff=\"0\" yOff=\"0\" xSize=\"{3}\" ySize=\"{4}\"/>"
         "<DstRect xOff=\"{5}\" yOff=\"{6}\" xSize=\"{3}\" ySize=\"{4}\"/>{7}</ComplexSource>\n",
         xml_escaped(path), band, type, width, height, x, y, rule);

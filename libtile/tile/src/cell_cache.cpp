@@ -23,9 +23,10 @@ Result<CellPtr> CellCache::get(const CellSource& source, int level, std::int32_t
       loaded_.wait(lock);  // another thread reads it; should that fail, the loop ends and this one tries
     }
     if (!make_room(bytes))
-      return fail(Error::Kind::OverBudget,
-                  fmt::format("{}: the tile cache of {} is full of tiles in use; allow more memory, or render smaller frames",
-                              source.map().description().path, format_bytes(budget_bytes_)));
+      return fail(
+          Error::Kind::OverBudget,
+          fmt::format("{}: the tile cache of {} is full of tiles in use; allow more memory, or render smaller frames",
+                      source.map().description().path, format_bytes(budget_bytes_)));
     counters_.bytes += bytes;
     counters_.peak_bytes = std::max(counters_.peak_bytes, counters_.bytes);
     ++counters_.loads;

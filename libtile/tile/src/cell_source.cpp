@@ -15,8 +15,8 @@ std::uint64_t next_id() {
   return counter++;
 }
 
-/// Texels of a window, laid into a cell whose first texel (its apron's corner) is (first_x, first_y): what the window does
-/// not cover lies beyond the level's edge and repeats the edge.
+/// Texels of a window, laid into a cell whose first texel (its apron's corner) is (first_x, first_y): what the window
+/// does not cover lies beyond the level's edge and repeats the edge.
 void lay_out(const void* from, const Window& window, int first_x, int first_y, std::size_t texel_bytes, void* to) {
   const int left = window.x - first_x, right = cell_stride - left - window.width;
   const auto* source = static_cast<const std::byte*>(from);
@@ -40,8 +40,10 @@ CellSource::CellSource(const Map& map, std::vector<int> bands, SampleType type, 
 Result<std::shared_ptr<const CellSource>> CellSource::make(const Map& map, std::vector<int> bands, Domain domain) {
   if (bands.empty()) bands = map.description().data_bands();
   for (std::size_t i = 0; i < bands.size(); ++i)
-    if (std::find(bands.begin(), bands.begin() + static_cast<std::ptrdiff_t>(i), bands[i]) != bands.begin() + static_cast<std::ptrdiff_t>(i))
-      return fail(Error::Kind::Malformed, fmt::format("{}: band {} is asked for twice", map.description().path, bands[i]));
+    if (std::find(bands.begin(), bands.begin() + static_cast<std::ptrdiff_t>(i), bands[i]) !=
+        bands.begin() + static_cast<std::ptrdiff_t>(i))
+      return fail(Error::Kind::Malformed,
+                  fmt::format("{}: band {} is asked for twice", map.description().path, bands[i]));
   const auto type = map.sample_type(bands);
   if (!type) return fail(type);
   const SampleType held = domain == Domain::Decibel ? SampleType::Float32 : *type;

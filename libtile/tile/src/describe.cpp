@@ -26,16 +26,22 @@ std::string first_metadata(GDALDataset& dataset, std::initializer_list<const cha
 }
 
 /// Before version 3.7 GDAL hands out signed bytes as unsigned ones, with a note.
-bool holds_signed_bytes_as_unsigned(GDALRasterBand& band) { return metadata(band, "PIXELTYPE", "IMAGE_STRUCTURE") == "SIGNEDBYTE"; }
+bool holds_signed_bytes_as_unsigned(GDALRasterBand& band) {
+  return metadata(band, "PIXELTYPE", "IMAGE_STRUCTURE") == "SIGNEDBYTE";
+}
 
 std::optional<SampleType> sample_type_of_band(GDALRasterBand& band) {
   const GDALDataType type = band.GetRasterDataType();
   if (GDALDataTypeIsComplex(type) || holds_signed_bytes_as_unsigned(band)) return std::nullopt;
   switch (type) {
-    case GDT_Byte: return SampleType::UInt8;
-    case GDT_UInt16: return SampleType::UInt16;
-    case GDT_Int16: return SampleType::Int16;
-    default: break;
+    case GDT_Byte:
+      return SampleType::UInt8;
+    case GDT_UInt16:
+      return SampleType::UInt16;
+    case GDT_Int16:
+      return SampleType::Int16;
+    default:
+      break;
   }
   return std::string_view(GDALGetDataTypeName(type)) == "Int8" ? SampleType::Int16 : SampleType::Float32;
 }
@@ -44,9 +50,14 @@ std::optional<double> nodata_of_band(GDALRasterBand& band) {
   int there = 0;
   double value = 0;
   switch (band.GetRasterDataType()) {
-    case GDT_Int64: value = static_cast<double>(band.GetNoDataValueAsInt64(&there)); break;
-    case GDT_UInt64: value = static_cast<double>(band.GetNoDataValueAsUInt64(&there)); break;
-    default: value = band.GetNoDataValue(&there);
+    case GDT_Int64:
+      value = static_cast<double>(band.GetNoDataValueAsInt64(&there));
+      break;
+    case GDT_UInt64:
+      value = static_cast<double>(band.GetNoDataValueAsUInt64(&there));
+      break;
+    default:
+      value = band.GetNoDataValue(&there);
   }
   return there ? std::optional(value) : std::nullopt;
 }
@@ -65,7 +76,8 @@ Band describe_band(GDALRasterBand& band) {
 }
 
 /// Levels of the first band; those that do not shrink both axes alike are left out, with a warning.
-std::vector<Level> describe_levels(GDALDataset& dataset, std::vector<int>& overview_of_level, std::vector<std::string>& warnings) {
+std::vector<Level> describe_levels(GDALDataset& dataset, std::vector<int>& overview_of_level,
+                                   std::vector<std::string>& warnings) {
   GDALRasterBand& band = *dataset.GetRasterBand(1);
   Level full{band.GetXSize(), band.GetYSize()};
   band.GetBlockSize(&full.tile_width, &full.tile_height);
@@ -89,12 +101,14 @@ std::vector<Level> describe_levels(GDALDataset& dataset, std::vector<int>& overv
       return true;
     }();
     if (level.width > full.width || level.height > full.height || std::abs(aspect - 1) > 2 * rounding || !every_band) {
-      warnings.push_back(fmt::format("overview {} of {} x {} does not belong to this raster and is not used", i, level.width, level.height));
+      warnings.push_back(fmt::format("overview {} of {} x {} does not belong to this raster and is not used", i,
+                                     level.width, level.height));
       continue;
     }
     found.emplace_back(level, i);
   }
-  std::stable_sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.first.width > b.first.width; });
+  std::stable_sort(found.begin(), found.end(),
+                   [](const auto& a, const auto& b) { return a.first.width > b.first.width; });
 
   std::vector<Level> levels = {full};
   for (const auto& [level, index] : found) {
@@ -110,7 +124,8 @@ ValiditySource describe_validity(GDALDataset& dataset) {
   if (flags & GMF_ALPHA) return ValiditySource::Alpha;
   if (flags & GMF_PER_DATASET) return ValiditySource::Mask;
   if (flags & GMF_NODATA) return ValiditySource::Nodata;
-  return flags & GMF_ALL_VALID ? ValiditySource::None : ValiditySource::Mask;  // no flag: each band has a mask of its own
+  return flags & GMF_ALL_VALID ? ValiditySource::None
+                               : ValiditySource::Mask;  // no flag: each band has a mask of its own
 }
 
 /// Empty, and why, where the raster cannot be placed on the Earth.
@@ -148,8 +163,9 @@ void warn(MapDescription& map) {
   const Level& full = map.levels.front();
   const Level& coarsest = map.levels.back();
   if (std::max(coarsest.width, coarsest.height) > 1024)
-    map.warnings.push_back(fmt::format("its coarsest level has {} x {} texels: frames that see much of it read much of it; `nadir build` adds levels",
-                                       coarsest.width, coarsest.height));
+    map.warnings.push_back(fmt::format(
+        "its coarsest level has {} x {} texels: frames that see much of it read much of it; `nadir build` adds levels",
+        coarsest.width, coarsest.height));
   if (full.tile_width == full.width && full.width > 2048)
     map.warnings.push_back("stored in rows, not in tiles: a small view reads whole rows; `nadir build` makes tiles");
   for (std::size_t i = 0; i < map.bands.size(); ++i) {
@@ -158,14 +174,18 @@ void warn(MapDescription& map) {
     if (!band.sample_type)
       map.warnings.push_back(fmt::format("{} {}", label, band.why_not_rendered()));
     else if (*band.sample_type == SampleType::Float32 && band.stored_type != "Float32")
-      map.warnings.push_back(fmt::format("{} of type {} is read as float32, exact to 24 bits", label, band.stored_type));
+      map.warnings.push_back(
+          fmt::format("{} of type {} is read as float32, exact to 24 bits", label, band.stored_type));
     if (band.color == "Palette")
-      map.warnings.push_back(fmt::format("{} holds palette indices: render it with role labels, or expand it with gdal_translate -expand rgb", label));
+      map.warnings.push_back(fmt::format(
+          "{} holds palette indices: render it with role labels, or expand it with gdal_translate -expand rgb", label));
     if (band.scale != 1 || band.offset != 0)
-      map.warnings.push_back(fmt::format("{} has scale {} and offset {}: frames hold stored values", label, band.scale, band.offset));
+      map.warnings.push_back(
+          fmt::format("{} has scale {} and offset {}: frames hold stored values", label, band.scale, band.offset));
     const bool integral = band.sample_type && *band.sample_type != SampleType::Float32;
     if (integral && band.nodata && *band.nodata != std::floor(*band.nodata))
-      map.warnings.push_back(fmt::format("{} of type {} can never hold its nodata value {}", label, band.stored_type, *band.nodata));
+      map.warnings.push_back(
+          fmt::format("{} of type {} can never hold its nodata value {}", label, band.stored_type, *band.nodata));
   }
   if (!map.georeference) map.warnings.push_back("cannot be rendered: " + map.georeference_problem);
 }
@@ -209,8 +229,10 @@ std::vector<int> MapDescription::data_bands() const {
 
 std::string Band::why_not_rendered() const {
   const bool is_signed_byte = stored_type == "Int8";
-  return fmt::format("has type {}, which is not rendered; make a map of {} first, for instance with gdal_calc.py --calc {}", stored_type,
-                     is_signed_byte ? "16-bit samples" : "the magnitudes", is_signed_byte ? "'A.astype(int8).astype(int16)' --type Int16" : "'abs(A)' --type Float32");
+  return fmt::format(
+      "has type {}, which is not rendered; make a map of {} first, for instance with gdal_calc.py --calc {}",
+      stored_type, is_signed_byte ? "16-bit samples" : "the magnitudes",
+      is_signed_byte ? "'A.astype(int8).astype(int16)' --type Int16" : "'abs(A)' --type Float32");
 }
 
 Result<int> MapDescription::find_band(const std::string& name) const {

@@ -13,8 +13,9 @@
 namespace nadir::tile {
 namespace {
 
-/// While in scope, datasets opened by this thread decode in their caller's thread, whatever GDAL_NUM_THREADS says. Our own
-/// threads read side by side already, and what GDAL's tell reaches no handler of ours: it would be printed, and the cause lost.
+/// While in scope, datasets opened by this thread decode in their caller's thread, whatever GDAL_NUM_THREADS says. Our
+/// own threads read side by side already, and what GDAL's tell reaches no handler of ours: it would be printed, and the
+/// cause lost.
 class DecodeInCaller {
  public:
   DecodeInCaller() { CPLSetThreadLocalConfigOption("GDAL_NUM_THREADS", "1"); }
@@ -31,7 +32,9 @@ class DecodeInCaller {
 };
 
 /// Whether a warning says that texels were made up: libjpeg goes on with grey where a tile's data are damaged.
-bool tells_damage(std::string_view warning) { return warning.find("JPEGLib:") != std::string_view::npos || warning.find("libjpeg:") != std::string_view::npos; }
+bool tells_damage(std::string_view warning) {
+  return warning.find("JPEGLib:") != std::string_view::npos || warning.find("libjpeg:") != std::string_view::npos;
+}
 
 }  // namespace
 
@@ -74,12 +77,17 @@ Result<Dataset> open_raster(const std::string& path) {
     return fail(Error::Kind::NotFound, fmt::format("{}: no such file", path));
   if (dataset) return fail(Error::Kind::Malformed, fmt::format("{}: expected a raster, found no band in it", path));
   if (std::filesystem::is_directory(path, error))
-    return fail(Error::Kind::Malformed, fmt::format("{}: expected a raster, found a folder; `nadir build` makes one of a folder of map tiles", path));
-  return fail(Error::Kind::Malformed, fmt::format("{}: expected a raster that GDAL can read: {}; fetch it again if it may be damaged, else convert it to GeoTIFF",
+    return fail(
+        Error::Kind::Malformed,
+        fmt::format("{}: expected a raster, found a folder; `nadir build` makes one of a folder of map tiles", path));
+  return fail(Error::Kind::Malformed, fmt::format("{}: expected a raster that GDAL can read: {}; fetch it again if it "
+                                                  "may be damaged, else convert it to GeoTIFF",
                                                   path, without_path(messages.last(), path)));
 }
 
-DatasetPool::DatasetPool(std::string path, Dataset first) : path_(std::move(path)) { idle_.push_back(std::move(first)); }
+DatasetPool::DatasetPool(std::string path, Dataset first) : path_(std::move(path)) {
+  idle_.push_back(std::move(first));
+}
 
 Result<Dataset> DatasetPool::borrow() {
   {

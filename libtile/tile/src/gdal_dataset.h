@@ -27,7 +27,8 @@ class GdalMessages {
   ~GdalMessages();
   GdalMessages(const GdalMessages&) = delete;
   GdalMessages& operator=(const GdalMessages&) = delete;
-  /// First error since construction (while reading, the cause; later ones follow from it), else the first warning, else empty.
+  /// First error since construction (while reading, the cause; later ones follow from it), else the first warning, else
+  /// empty.
   const std::string& first() const { return error_.empty() ? warning_ : error_; }
   /// Last error since construction (while opening, the one that decided), else the first warning, else empty.
   const std::string& last() const { return last_error_.empty() ? warning_ : last_error_; }

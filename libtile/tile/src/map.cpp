@@ -24,7 +24,8 @@ constexpr std::uint64_t largest_block_bytes = 256ull << 20;
 std::uint64_t bytes_decoded_at_once(GDALDataset& dataset) {
   const char* interleave = dataset.GetMetadataItem("INTERLEAVE", "IMAGE_STRUCTURE");
   const bool together = interleave && std::string_view(interleave) == "PIXEL";
-  const auto sample = static_cast<std::uint64_t>(GDALGetDataTypeSizeBytes(dataset.GetRasterBand(1)->GetRasterDataType()));
+  const auto sample =
+      static_cast<std::uint64_t>(GDALGetDataTypeSizeBytes(dataset.GetRasterBand(1)->GetRasterDataType()));
   return together ? sample * static_cast<std::uint64_t>(dataset.GetRasterCount()) : sample;
 }
 
@@ -41,7 +42,8 @@ std::optional<T> nodata_as(const std::optional<double>& nodata) {
     constexpr double largest = std::numeric_limits<T>::max();
     return static_cast<T>(std::clamp(*nodata, -largest, largest));  // some writers note a double just beyond the type
   } else {
-    if (*nodata != std::floor(*nodata) || *nodata < std::numeric_limits<T>::min() || *nodata > std::numeric_limits<T>::max())
+    if (*nodata != std::floor(*nodata) || *nodata < std::numeric_limits<T>::min() ||
+        *nodata > std::numeric_limits<T>::max())
       return std::nullopt;
     return static_cast<T>(*nodata);
   }
@@ -49,8 +51,10 @@ std::optional<T> nodata_as(const std::optional<double>& nodata) {
 
 /// Clears the validity of texels whose samples all equal nodata, or of which one is not finite.
 template <class T>
-void check_samples(const T* samples, int bands, const std::vector<std::optional<T>>& nodata, std::vector<std::uint8_t>& valid) {
-  const bool every_band_has_nodata = std::all_of(nodata.begin(), nodata.end(), [](const auto& n) { return n.has_value(); });
+void check_samples(const T* samples, int bands, const std::vector<std::optional<T>>& nodata,
+                   std::vector<std::uint8_t>& valid) {
+  const bool every_band_has_nodata =
+      std::all_of(nodata.begin(), nodata.end(), [](const auto& n) { return n.has_value(); });
   if (!every_band_has_nodata && !std::is_floating_point_v<T>) return;
   for (std::size_t i = 0; i < valid.size(); ++i) {
     const T* texel = samples + i * static_cast<std::size_t>(bands);
@@ -91,11 +95,13 @@ Result<Map> Map::open(const std::string& path) {
   std::vector<int> overview_of_level;
   MapDescription description = describe_dataset(**dataset, path, overview_of_level);
   if (!description.georeference)
-    return fail(Error::Kind::Malformed, fmt::format("{}: expected a georeferenced raster, found {}", path, description.georeference_problem));
+    return fail(Error::Kind::Malformed,
+                fmt::format("{}: expected a georeferenced raster, found {}", path, description.georeference_problem));
   // GDAL goes on where it cannot read where tiles lie, and then reads zeros.
   if (messages.failed())
-    return fail(Error::Kind::Malformed, fmt::format("{}: expected whole headers: {}; the file is damaged: fetch or build it again", path,
-                                                    without_path(messages.first(), path)));
+    return fail(Error::Kind::Malformed,
+                fmt::format("{}: expected whole headers: {}; the file is damaged: fetch or build it again", path,
+                            without_path(messages.first(), path)));
 
   const std::uint64_t texel_bytes = bytes_decoded_at_once(**dataset);
   for (const Level& level : description.levels) {
@@ -122,8 +128,10 @@ Result<Map> Map::open(const std::string& path) {
   std::array<Eigen::Vector3d, 5> ecef;
   for (std::size_t i = 0; i < points.size(); ++i) {
     if (!points[i].allFinite())
-      return fail(Error::Kind::Malformed, fmt::format("{}: its middle lies where its CRS {} is not defined: is the geotransform in that CRS's units?",
-                                                      path, description.georeference->crs));
+      return fail(
+          Error::Kind::Malformed,
+          fmt::format("{}: its middle lies where its CRS {} is not defined: is the geotransform in that CRS's units?",
+                      path, description.georeference->crs));
     ecef[i] = geodesy::ecef_from_geodetic({points[i].y(), points[i].x(), 0}).xyz;
   }
 
@@ -149,10 +157,12 @@ Result<SampleType> Map::sample_type(std::span<const int> bands) const {
   std::optional<SampleType> common;
   for (const int number : bands) {
     if (number < 1 || number > static_cast<int>(description().bands.size()))
-      return fail(Error::Kind::NotFound, fmt::format("{}: no band {}: it has bands 1 to {}", description().path, number, description().bands.size()));
+      return fail(Error::Kind::NotFound, fmt::format("{}: no band {}: it has bands 1 to {}", description().path, number,
+                                                     description().bands.size()));
     const Band& band = description().bands[static_cast<std::size_t>(number) - 1];
     if (!band.sample_type)
-      return fail(Error::Kind::Unsupported, fmt::format("{}: band {} {}", description().path, number, band.why_not_rendered()));
+      return fail(Error::Kind::Unsupported,
+                  fmt::format("{}: band {} {}", description().path, number, band.why_not_rendered()));
     common = !common || *common == *band.sample_type ? *band.sample_type : SampleType::Float32;
   }
   return *common;
@@ -184,23 +194,27 @@ Result<Texels> Map::read(int level, const Window& window, std::span<const int> b
   std::vector<std::uint8_t> mask(masked ? area : 0);
   for (std::size_t b = 0; b < bands.size() && status == CE_None && masked; ++b) {
     GDALRasterBand& band = shared_->band(**dataset, level, bands[b]);
-    status = band.GetMaskBand()->RasterIO(GF_Read, window.x, window.y, window.width, window.height, mask.data(), window.width,
-                                          window.height, GDT_Byte, 0, 0, nullptr);
+    status = band.GetMaskBand()->RasterIO(GF_Read, window.x, window.y, window.width, window.height, mask.data(),
+                                          window.width, window.height, GDT_Byte, 0, 0, nullptr);
     for (std::size_t i = 0; i < area; ++i) valid[i] = valid[i] && mask[i] >= 128;
     if (band.GetMaskFlags() & GMF_PER_DATASET) break;  // the same one for all bands
   }
   shared_->pool.give_back(std::move(*dataset));
   if (status != CE_None || messages.failed())
-    return fail(Error::Kind::Io, fmt::format("{}: level {}, texels {} to {} by {} to {} cannot be read: {}; if the file is damaged, fetch or build it again",
-                                             description().path, level, window.x, window.x + window.width, window.y, window.y + window.height,
-                                             without_path(messages.first(), description().path)));
+    return fail(Error::Kind::Io,
+                fmt::format("{}: level {}, texels {} to {} by {} to {} cannot be read: {}; if the file is damaged, "
+                            "fetch or build it again",
+                            description().path, level, window.x, window.x + window.width, window.y,
+                            window.y + window.height, without_path(messages.first(), description().path)));
 
   with_sample_type(*type, [&]<class T>(T) {
     std::vector<std::optional<T>> nodata;
-    for (const int number : bands) nodata.push_back(nodata_as<T>(description().bands[static_cast<std::size_t>(number) - 1].nodata));
+    for (const int number : bands)
+      nodata.push_back(nodata_as<T>(description().bands[static_cast<std::size_t>(number) - 1].nodata));
     T* samples = reinterpret_cast<T*>(texels.samples.data());
     check_samples(samples, texels.bands, nodata, valid);
-    // What is invalid takes part in no average; zero instead of NaN keeps it from spreading through a product with zero.
+    // What is invalid takes part in no average; zero instead of NaN keeps it from spreading through a product with
+    // zero.
     for (std::size_t i = 0; i < area; ++i)
       if (!valid[i]) std::fill_n(samples + i * bands.size(), bands.size(), T{});
   });

@@ -13,6 +13,8 @@ constexpr std::array<std::string_view, 2> radar_scales = {"decibel", "linear"};
 std::string_view to_string(Role role) { return roles[static_cast<std::size_t>(role)]; }
 std::string_view to_string(RadarScale scale) { return radar_scales[static_cast<std::size_t>(scale)]; }
 Result<Role> parse_role(std::string_view name) { return parse_name<Role>("role", name, roles); }
-Result<RadarScale> parse_radar_scale(std::string_view name) { return parse_name<RadarScale>("radar scale", name, radar_scales); }
+Result<RadarScale> parse_radar_scale(std::string_view name) {
+  return parse_name<RadarScale>("radar scale", name, radar_scales);
+}
 
 }  // namespace nadir::tile

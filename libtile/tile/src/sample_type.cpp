@@ -14,6 +14,8 @@ std::size_t size_bytes(SampleType type) {
 }
 
 std::string_view to_string(SampleType type) { return names[static_cast<std::size_t>(type)]; }
-Result<SampleType> parse_sample_type(std::string_view name) { return parse_name<SampleType>("sample type", name, names); }
+Result<SampleType> parse_sample_type(std::string_view name) {
+  return parse_name<SampleType>("sample type", name, names);
+}
 
 }  // namespace nadir::tile

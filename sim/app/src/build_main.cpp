@@ -28,10 +28,13 @@ double ratio(const pyramid::BuildReport& report) {
 }
 
 void print_summary(const pyramid::BuildReport& report) {
-  fmt::print("{}: {} x {}, {} {} of {}, {} {}", report.output.string(), report.levels.front().width, report.levels.front().height, report.bands,
-             report.bands == 1 ? "band" : "bands", report.sample_type, report.levels.size(), report.levels.size() == 1 ? "level" : "levels");
-  if (report.levels.size() > 1) fmt::print(" to {} x {} by {}", report.levels.back().width, report.levels.back().height, report.reduction);
-  fmt::print("\n{}, {:.1f} times less than its samples, in {:.1f} s\n", format_bytes(report.file_bytes), ratio(report), report.seconds);
+  fmt::print("{}: {} x {}, {} {} of {}, {} {}", report.output.string(), report.levels.front().width,
+             report.levels.front().height, report.bands, report.bands == 1 ? "band" : "bands", report.sample_type,
+             report.levels.size(), report.levels.size() == 1 ? "level" : "levels");
+  if (report.levels.size() > 1)
+    fmt::print(" to {} x {} by {}", report.levels.back().width, report.levels.back().height, report.reduction);
+  fmt::print("\n{}, {:.1f} times less than its samples, in {:.1f} s\n", format_bytes(report.file_bytes), ratio(report),
+             report.seconds);
 }
 
 void print_json(const pyramid::BuildReport& report) {
@@ -62,19 +65,40 @@ int main(int argc, char** argv) {
   command.footer(examples);
   command.add_option("SOURCE", options.sources, "rasters, or folders of map tiles")->required();
   command.add_option("-o,--output", output, "the map to write")->required()->type_name("MAP");
-  command.add_option("--role", role, "what it shows: optical, radar, infrared, elevation, labels or field; decides how levels are averaged")->type_name("ROLE");
-  command.add_option("--bands", bands, "names or numbers from 1, such as VV,VH or 4,3,2; else all. Alpha always stays")->type_name("LIST");
-  command.add_option("--radar-scale", radar_scale, "how radar samples relate to power: decibel (default where they are floats) or linear")->type_name("SCALE");
-  command.add_option("--compress", compression, "none, deflate, zstd, lzw, jpeg, webp or lerc")->capture_default_str()->type_name("CODEC");
-  command.add_option("--quality", options.quality, "of jpeg and webp, 1 to 100, else 90; webp loses nothing at 100")->type_name("N");
-  command.add_option("--max-error", options.max_error, "that lerc may make, in stored units; 0 loses nothing")->capture_default_str()->type_name("E");
-  command.add_option("--tile-size", options.tile_size, "side of a stored tile, texels")->capture_default_str()->type_name("N");
-  command.add_option("--zoom", options.zoom, "which zoom of a tile folder to take, else the deepest there")->type_name("Z");
-  command.add_option("--acquired", options.acquired, "when the imagery was taken: 2014-07-20, or with time 2014-07-20T17:05:00Z")->type_name("DATE");
+  command
+      .add_option(
+          "--role", role,
+          "what it shows: optical, radar, infrared, elevation, labels or field; decides how levels are averaged")
+      ->type_name("ROLE");
+  command.add_option("--bands", bands, "names or numbers from 1, such as VV,VH or 4,3,2; else all. Alpha always stays")
+      ->type_name("LIST");
+  command
+      .add_option("--radar-scale", radar_scale,
+                  "how radar samples relate to power: decibel (default where they are floats) or linear")
+      ->type_name("SCALE");
+  command.add_option("--compress", compression, "none, deflate, zstd, lzw, jpeg, webp or lerc")
+      ->capture_default_str()
+      ->type_name("CODEC");
+  command.add_option("--quality", options.quality, "of jpeg and webp, 1 to 100, else 90; webp loses nothing at 100")
+      ->type_name("N");
+  command.add_option("--max-error", options.max_error, "that lerc may make, in stored units; 0 loses nothing")
+      ->capture_default_str()
+      ->type_name("E");
+  command.add_option("--tile-size", options.tile_size, "side of a stored tile, texels")
+      ->capture_default_str()
+      ->type_name("N");
+  command.add_option("--zoom", options.zoom, "which zoom of a tile folder to take, else the deepest there")
+      ->type_name("Z");
+  command
+      .add_option("--acquired", options.acquired,
+                  "when the imagery was taken: 2014-07-20, or with time 2014-07-20T17:05:00Z")
+      ->type_name("DATE");
   command.add_option("--attribution", options.attribution, "whom to credit")->type_name("TEXT");
   command.add_option("--licence", options.licence, "terms under which the imagery may be used")->type_name("TEXT");
   command.add_option("--memory", memory, "for GDAL's cache of blocks")->capture_default_str()->type_name("SIZE");
-  command.add_option("--threads", options.threads, "that compress; 0: one a core")->capture_default_str()->type_name("N");
+  command.add_option("--threads", options.threads, "that compress; 0: one a core")
+      ->capture_default_str()
+      ->type_name("N");
   command.add_flag("--force", options.force, "replace MAP if it is there");
   command.add_flag("--json", json, "tell the outcome as JSON");
   return app::run_command(command, argc, argv, [&]() -> Result<void> {
@@ -101,8 +125,10 @@ int main(int argc, char** argv) {
     const auto report = pyramid::build(options);
     if (!report) return fail(report);
     for (const std::string& warning : report->warnings) fmt::print(stderr, "nadir build: warning: {}\n", warning);
-    if (json) print_json(*report);
-    else print_summary(*report);
+    if (json)
+      print_json(*report);
+    else
+      print_summary(*report);
     return {};
   });
 }

@@ -21,14 +21,17 @@ std::string unknown_words(const CLI::App& app) {
   std::string message;
   for (const std::string& word : app.remaining()) {
     const std::string near = word.starts_with("--") ? nearest_name(word, known) : "";
-    message += fmt::format("{}unknown argument '{}'{}", message.empty() ? "" : "; ", word, near.empty() ? "" : fmt::format(", did you mean '{}'?", near));
+    message += fmt::format("{}unknown argument '{}'{}", message.empty() ? "" : "; ", word,
+                           near.empty() ? "" : fmt::format(", did you mean '{}'?", near));
   }
   return message;
 }
 
 }  // namespace
 
-void print_fault(const CLI::App& app, std::string_view message) { fmt::print(stderr, "{}: {}\n", app.get_name(), message); }
+void print_fault(const CLI::App& app, std::string_view message) {
+  fmt::print(stderr, "{}: {}\n", app.get_name(), message);
+}
 
 int run_command(CLI::App& app, int argc, char** argv, const std::function<Result<void>()>& run) {
   app.get_formatter()->column_width(34);
@@ -45,9 +48,12 @@ int run_command(CLI::App& app, int argc, char** argv, const std::function<Result
   try {
     const auto done = run();
     const bool told = std::fflush(stdout) == 0 && !std::ferror(stdout);
-    if (!done) print_fault(app, done.error().message);
-    else if (!told) print_fault(app, fmt::format("standard output: writing failed: {}", std::strerror(errno)));
-    else return 0;
+    if (!done)
+      print_fault(app, done.error().message);
+    else if (!told)
+      print_fault(app, fmt::format("standard output: writing failed: {}", std::strerror(errno)));
+    else
+      return 0;
   } catch (const std::bad_alloc&) {
     print_fault(app, "out of memory; allow less with --cache, or render smaller frames");
   } catch (const std::exception& e) {
@@ -56,15 +62,19 @@ int run_command(CLI::App& app, int argc, char** argv, const std::function<Result
   return 1;
 }
 
-Result<std::vector<double>> parse_numbers(std::string_view what, std::string_view text, std::size_t least, std::size_t most, std::string_view example) {
+Result<std::vector<double>> parse_numbers(std::string_view what, std::string_view text, std::size_t least,
+                                          std::size_t most, std::string_view example) {
   std::vector<double> values;
   for (std::string_view field : split(text, ',')) {
     const auto value = parse_number(field);
-    if (!value) return fail(Error::Kind::Malformed, fmt::format("{} '{}': '{}' is not a number; expected for instance {}", what, text, field, example));
+    if (!value)
+      return fail(Error::Kind::Malformed,
+                  fmt::format("{} '{}': '{}' is not a number; expected for instance {}", what, text, field, example));
     values.push_back(*value);
   }
   if (values.size() < least || values.size() > most)
-    return fail(Error::Kind::Malformed, fmt::format("{} '{}': expected {} numbers, found {}; for instance {}", what, text, most, values.size(), example));
+    return fail(Error::Kind::Malformed, fmt::format("{} '{}': expected {} numbers, found {}; for instance {}", what,
+                                                    text, most, values.size(), example));
   return values;
 }
 

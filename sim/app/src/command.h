@@ -19,6 +19,7 @@ int run_command(CLI::App& app, int argc, char** argv, const std::function<Result
 void print_fault(const CLI::App& app, std::string_view message);
 
 /// `count` numbers between commas; `what` and `example` are for the message where they are not that.
-Result<std::vector<double>> parse_numbers(std::string_view what, std::string_view text, std::size_t least, std::size_t most, std::string_view example);
+Result<std::vector<double>> parse_numbers(std::string_view what, std::string_view text, std::size_t least,
+                                          std::size_t most, std::string_view example);
 
 }  // namespace nadir::app

@@ -24,12 +24,14 @@ struct Finding {
 /// Keeps evenly chosen exposures of each sensor, by flying the run without rendering.
 class ExposureSink final : public sim::Sink {
  public:
-  ExposureSink(const sim::Run& run, std::size_t per_sensor) : exposures(run.sensors().size()), run_(run), per_sensor_(per_sensor) {}
+  ExposureSink(const sim::Run& run, std::size_t per_sensor)
+      : exposures(run.sensors().size()), run_(run), per_sensor_(per_sensor) {}
 
   Result<void> on_frame(const sim::FrameEvent& event) override {
     for (std::size_t i = 0; i < exposures.size(); ++i) {
       const sim::PreparedSensor& sensor = run_.sensors()[i];
-      if (sensor.vehicle == event.vehicle && sensor.name == event.sensor) exposures[i].emplace_back(sim::camera_pose(event.state, sensor), event.truth);
+      if (sensor.vehicle == event.vehicle && sensor.name == event.sensor)
+        exposures[i].emplace_back(sim::camera_pose(event.state, sensor), event.truth);
     }
     return {};
   }
@@ -58,23 +60,31 @@ class Doctor {
 
   void look_at_map(const std::string& name, const std::string& serves, const tile::Map& map) {
     const tile::MapDescription& d = map.description();
-    note(Finding::Kind::Good, fmt::format("{} {}: {}, {}, {} x {} texels of {:.4g} x {:.4g} m on the ground", serves, name, d.path, map.projection().name(), map.width(), map.height(),
+    note(Finding::Kind::Good, fmt::format("{} {}: {}, {}, {} x {} texels of {:.4g} x {:.4g} m on the ground", serves,
+                                          name, d.path, map.projection().name(), map.width(), map.height(),
                                           map.texel_size_m().x(), map.texel_size_m().y()));
-    note(Finding::Kind::Good, fmt::format("{}: datum {}{}", name, map.projection().datum(), map.projection().uses_library() ? ", related to WGS-84 by PROJ" : ""));
+    note(Finding::Kind::Good, fmt::format("{}: datum {}{}", name, map.projection().datum(),
+                                          map.projection().uses_library() ? ", related to WGS-84 by PROJ" : ""));
     if (!map.projection().uses_library())
-      note(Finding::Kind::Good, fmt::format("{}: its coordinates are WGS-84 longitude and latitude: no projection is calculated", name));
-    if (d.licence.empty()) note(Finding::Kind::Note, fmt::format("{}: the file states no licence: check that you may use what you make of it", name));
-    if (d.acquired.empty()) note(Finding::Kind::Note, fmt::format("{}: the file does not say when it was acquired", name));
+      note(Finding::Kind::Good,
+           fmt::format("{}: its coordinates are WGS-84 longitude and latitude: no projection is calculated", name));
+    if (d.licence.empty())
+      note(Finding::Kind::Note,
+           fmt::format("{}: the file states no licence: check that you may use what you make of it", name));
+    if (d.acquired.empty())
+      note(Finding::Kind::Note, fmt::format("{}: the file does not say when it was acquired", name));
     for (const std::string& warning : d.warnings) note(Finding::Kind::Note, fmt::format("{}: {}", name, warning));
   }
 
-  Result<void> look_at_sensor(const sim::Run& run, const sim::PreparedSensor& sensor, const std::vector<std::pair<render::CameraPose, render::Truth>>& exposures,
+  Result<void> look_at_sensor(const sim::Run& run, const sim::PreparedSensor& sensor,
+                              const std::vector<std::pair<render::CameraPose, render::Truth>>& exposures,
                               std::size_t count, render::Renderer& renderer) {
     const std::string name = sensor.vehicle + "/" + sensor.name;
     double least = 1e300, most = 0, warm_ms = 0, cold_ms = 0, geometry_px = 0;
     std::size_t on_map = 0;
     for (const auto& [pose, truth] : exposures) {
-      if (truth.magnification) least = std::min(least, *truth.magnification), most = std::max(most, *truth.magnification);
+      if (truth.magnification)
+        least = std::min(least, *truth.magnification), most = std::max(most, *truth.magnification);
       render::RenderOptions options = run.render_options(sensor);
       options.off_map = render::OffMap::Mask;
       for (double* ms : {&cold_ms, &warm_ms}) {
@@ -86,33 +96,50 @@ class Doctor {
       }
     }
     if (exposures.empty()) return {};
-    note(Finding::Kind::Good, fmt::format("{}: {} frames of {} x {} at {:g} Hz; {:.1f} ms each once its tiles are read, {:.1f} ms before (this machine, now)", name, count,
-                                          sensor.camera.width_px(), sensor.camera.height_px(), sensor.setup.rate.hz(), warm_ms, cold_ms));
+    note(Finding::Kind::Good, fmt::format("{}: {} frames of {} x {} at {:g} Hz; {:.1f} ms each once its tiles are "
+                                          "read, {:.1f} ms before (this machine, now)",
+                                          name, count, sensor.camera.width_px(), sensor.camera.height_px(),
+                                          sensor.setup.rate.hz(), warm_ms, cold_ms));
     work_s_ += static_cast<double>(count) * warm_ms * 1e-3;
     if (most > 0) {
       const Finding::Kind kind = most > 4 ? Finding::Kind::Warning : Finding::Kind::Good;
-      note(kind, fmt::format("{}: a texel is {:.2g} to {:.2g} image pixels{}", name, least, most,
-                             most > 4 ? ": the map is coarser than the camera and frames will be smooth; fly higher, or use a finer map" : ""));
+      note(kind,
+           fmt::format(
+               "{}: a texel is {:.2g} to {:.2g} image pixels{}", name, least, most,
+               most > 4
+                   ? ": the map is coarser than the camera and frames will be smooth; fly higher, or use a finer map"
+                   : ""));
     } else {
       note(Finding::Kind::Warning, fmt::format("{}: sees no ground in the middle of any frame looked at", name));
     }
     note(on_map == exposures.size() ? Finding::Kind::Good : Finding::Kind::Warning,
-         fmt::format("{}: {} of {} frames looked at lie wholly on the map{}", name, on_map, exposures.size(), on_map == exposures.size() ? "" : "; `nadir fly --dry-run` draws where"));
-    note(Finding::Kind::Good, fmt::format("{}: geometry within {:.2g} px of exact (tolerance {} px)", name, geometry_px, run.file().geometry_tolerance_px));
-    frame_bytes_ = std::max(frame_bytes_, static_cast<std::uint64_t>(sensor.camera.width_px()) * sensor.camera.height_px() *
-                                              (sensor.scene.layers().front().source->bands().size() * tile::size_bytes(sensor.scene.layers().front().source->type()) + 1));
+         fmt::format("{}: {} of {} frames looked at lie wholly on the map{}", name, on_map, exposures.size(),
+                     on_map == exposures.size() ? "" : "; `nadir fly --dry-run` draws where"));
+    note(Finding::Kind::Good, fmt::format("{}: geometry within {:.2g} px of exact (tolerance {} px)", name, geometry_px,
+                                          run.file().geometry_tolerance_px));
+    frame_bytes_ =
+        std::max(frame_bytes_, static_cast<std::uint64_t>(sensor.camera.width_px()) * sensor.camera.height_px() *
+                                   (sensor.scene.layers().front().source->bands().size() *
+                                        tile::size_bytes(sensor.scene.layers().front().source->type()) +
+                                    1));
     return {};
   }
 
   void look_at_whole(const sim::Run& run, std::uint64_t cache_bytes, double flight_s) {
     const double duration_s = static_cast<double>(run.file().duration_ns) * 1e-9;
-    note(Finding::Kind::Good, fmt::format("flying {} s without rendering took {:.2f} s; rendering adds about {:.0f} s, and writing images as much again on the other core", run.file().duration_text,
-                                          flight_s, work_s_));
-    if (work_s_ > duration_s) note(Finding::Kind::Note, fmt::format("that is slower than real time ({:.2g} of it): fine unless something waits", duration_s / work_s_));
-    constexpr std::uint64_t programs_bytes = 180ull << 20;  // libraries, OpenImageIO among them, and three frames in flight
+    note(Finding::Kind::Good, fmt::format("flying {} s without rendering took {:.2f} s; rendering adds about {:.0f} s, "
+                                          "and writing images as much again on the other core",
+                                          run.file().duration_text, flight_s, work_s_));
+    if (work_s_ > duration_s)
+      note(Finding::Kind::Note, fmt::format("that is slower than real time ({:.2g} of it): fine unless something waits",
+                                            duration_s / work_s_));
+    constexpr std::uint64_t programs_bytes = 180ull
+                                             << 20;  // libraries, OpenImageIO among them, and three frames in flight
     const std::uint64_t need = cache_bytes + programs_bytes + 4 * frame_bytes_;
-    const auto machine = static_cast<std::uint64_t>(::sysconf(_SC_PHYS_PAGES)) * static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE));
-    note(need < machine ? Finding::Kind::Good : Finding::Kind::Warning, fmt::format("memory: at most about {}, of the machine's {}", format_bytes(need), format_bytes(machine)));
+    const auto machine =
+        static_cast<std::uint64_t>(::sysconf(_SC_PHYS_PAGES)) * static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE));
+    note(need < machine ? Finding::Kind::Good : Finding::Kind::Warning,
+         fmt::format("memory: at most about {}, of the machine's {}", format_bytes(need), format_bytes(machine)));
   }
 
   void print(bool json) const {
@@ -126,7 +153,9 @@ class Doctor {
       else
         fmt::print("{}  {}\n", marks[static_cast<int>(f.kind)], f.text);
     }
-    if (json) fmt::print("{}\n", Json{{"findings", list}, {"warnings", warned}}.dump(2, ' ', false, Json::error_handler_t::replace));
+    if (json)
+      fmt::print("{}\n",
+                 Json{{"findings", list}, {"warnings", warned}}.dump(2, ' ', false, Json::error_handler_t::replace));
   }
 
  private:
@@ -148,9 +177,12 @@ Result<void> run(const std::string& path, const std::string& cache, bool json) {
   for (const auto& [name, map] : run->onboard()) doctor.look_at_map(name, "onboard reference", map);
   const geodesy::Geodetic& origin = run->ground().frame().origin();
   std::string datum = "no geoid grid installed";
-  if (const auto geoid_m = geodesy::geoid_height_m(origin.lat_rad, origin.lon_rad)) datum = fmt::format("{:.1f} m above the {} geoid", run->ground().height_m() - *geoid_m, geodesy::geoid_name);
-  doctor.note(Finding::Kind::Good, fmt::format("ground: a plane {:.1f} m above the WGS-84 ellipsoid, {}, level at {:.6f}, {:.6f}", run->ground().height_m(), datum,
-                                               geodesy::to_degrees(origin.lat_rad), geodesy::to_degrees(origin.lon_rad)));
+  if (const auto geoid_m = geodesy::geoid_height_m(origin.lat_rad, origin.lon_rad))
+    datum = fmt::format("{:.1f} m above the {} geoid", run->ground().height_m() - *geoid_m, geodesy::geoid_name);
+  doctor.note(Finding::Kind::Good,
+              fmt::format("ground: a plane {:.1f} m above the WGS-84 ellipsoid, {}, level at {:.6f}, {:.6f}",
+                          run->ground().height_m(), datum, geodesy::to_degrees(origin.lat_rad),
+                          geodesy::to_degrees(origin.lon_rad)));
 
   constexpr std::size_t looked_at = 6;
   render::Renderer renderer({.cache_bytes = *cache_bytes});
@@ -159,7 +191,9 @@ Result<void> run(const std::string& path, const std::string& cache, bool json) {
   const auto flown = run->execute(renderer, sinks, /*render_frames=*/false, /*pace=*/0);
   if (!flown) return fail(flown);
   for (std::size_t i = 0; i < run->sensors().size(); ++i)
-    if (auto ok = doctor.look_at_sensor(*run, run->sensors()[i], exposures.exposures[i], exposures.counts[i], renderer); !ok) return ok;
+    if (auto ok = doctor.look_at_sensor(*run, run->sensors()[i], exposures.exposures[i], exposures.counts[i], renderer);
+        !ok)
+      return ok;
   doctor.look_at_whole(*run, *cache_bytes, flown->seconds);
   doctor.print(json);
   return {};
@@ -169,7 +203,8 @@ Result<void> run(const std::string& path, const std::string& cache, bool json) {
 }  // namespace nadir::app
 
 int main(int argc, char** argv) {
-  CLI::App app("Looks at a run before it runs: maps, datum, resolution, licence, memory and time to expect.", "nadir doctor");
+  CLI::App app("Looks at a run before it runs: maps, datum, resolution, licence, memory and time to expect.",
+               "nadir doctor");
   std::string path, cache = "256MiB";
   bool json = false;
   app.add_option("RUN", path, "run file, YAML")->required();

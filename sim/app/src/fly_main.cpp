@@ -27,7 +27,8 @@ struct FlyArguments {
 /// Advances the progress bar by simulated time.
 class ProgressSink final : public sim::Sink {
  public:
-  ProgressSink(std::int64_t duration_ns, bool enabled) : progress_("flying", "simulated ms", std::max<std::int64_t>(duration_ns / 1'000'000, 1), enabled) {}
+  ProgressSink(std::int64_t duration_ns, bool enabled)
+      : progress_("flying", "simulated ms", std::max<std::int64_t>(duration_ns / 1'000'000, 1), enabled) {}
   Result<void> on_state(const std::string&, const sim::VehicleState& state) override {
     const std::int64_t now_ms = state.time_ns / 1'000'000;
     progress_.advance(now_ms - done_ms_);
@@ -40,30 +41,44 @@ class ProgressSink final : public sim::Sink {
   std::int64_t done_ms_ = 0;
 };
 
-void print_summary(const FlyArguments& arguments, const sim::Run& run, const sim::RunSummary& summary, const record::FlightReport& report) {
+void print_summary(const FlyArguments& arguments, const sim::Run& run, const sim::RunSummary& summary,
+                   const record::FlightReport& report) {
   std::vector<double> ms = report.frame_ms();
   std::sort(ms.begin(), ms.end());
   const double median = ms.empty() ? 0 : ms[ms.size() / 2];
   if (arguments.json) {
-    nlohmann::ordered_json json = {{"frames", summary.frames}, {"rejected", summary.rejected}, {"seconds", summary.seconds},
-                                   {"simulated_seconds", static_cast<double>(run.file().duration_ns) * 1e-9}, {"median_frame_ms", median},
-                                   {"valid_fraction", report.mean_valid_fraction()}, {"cross_track_m", report.worst_cross_track_m(5)}, {"height_error_m", report.worst_height_error_m(5)},
+    nlohmann::ordered_json json = {{"frames", summary.frames},
+                                   {"rejected", summary.rejected},
+                                   {"seconds", summary.seconds},
+                                   {"simulated_seconds", static_cast<double>(run.file().duration_ns) * 1e-9},
+                                   {"median_frame_ms", median},
+                                   {"valid_fraction", report.mean_valid_fraction()},
+                                   {"cross_track_m", report.worst_cross_track_m()},
+                                   {"height_error_m", report.worst_height_error_m()},
                                    {"folder", arguments.folder}};
     nlohmann::ordered_json leaves = nlohmann::ordered_json::array();
     for (const auto& [sensor, excursions] : report.excursions())
-      for (const record::Excursion& e : excursions) leaves.push_back({{"sensor", sensor}, {"from_ns", e.from_ns}, {"to_ns", e.to_ns}, {"exposures", e.exposures}});
+      for (const record::Excursion& e : excursions)
+        leaves.push_back({{"sensor", sensor}, {"from_ns", e.from_ns}, {"to_ns", e.to_ns}, {"exposures", e.exposures}});
     json["leaves_map"] = leaves;
     fmt::print("{}\n", json.dump(2));
     return;
   }
   if (!arguments.dry_run)
-    fmt::print("{} frames of a flight of {} s in {:.1f} s: {:.1f} frames a second, {:.1f} ms each in the renderer (median), {:.1f} % of the pixels on the map\n", summary.frames,
-               run.file().duration_text, summary.seconds, static_cast<double>(summary.frames) / std::max(summary.seconds, 1e-9), median, 100 * report.mean_valid_fraction());
+    fmt::print(
+        "{} frames of a flight of {} s in {:.1f} s: {:.1f} frames a second, {:.1f} ms each in the renderer (median), "
+        "{:.1f} % of the pixels on the map\n",
+        summary.frames, run.file().duration_text, summary.seconds,
+        static_cast<double>(summary.frames) / std::max(summary.seconds, 1e-9), median,
+        100 * report.mean_valid_fraction());
   if (summary.rejected > 0) fmt::print("{} exposures were rejected: they look beyond the map\n", summary.rejected);
-  fmt::print("at most {:.1f} m off the path and {:.1f} m off its height, after the first 5 s\n", report.worst_cross_track_m(5), report.worst_height_error_m(5));
+  fmt::print("at most {:.1f} m off the path and {:.1f} m off its height{}\n", report.worst_cross_track_m(),
+             report.worst_height_error_m(),
+             report.settle_s() > 0 ? fmt::format(", after the first {} s", report.settle_s()) : "");
   for (const auto& [sensor, excursions] : report.excursions())
     for (const record::Excursion& e : excursions)
-      fmt::print("{} leaves the map from {:.2f} s to {:.2f} s ({} exposures)\n", sensor, static_cast<double>(e.from_ns) * 1e-9, static_cast<double>(e.to_ns) * 1e-9, e.exposures);
+      fmt::print("{} leaves the map from {:.2f} s to {:.2f} s ({} exposures)\n", sensor,
+                 static_cast<double>(e.from_ns) * 1e-9, static_cast<double>(e.to_ns) * 1e-9, e.exposures);
   if (run.file().record_report || arguments.dry_run) fmt::print("look at {}/report.html\n", arguments.folder);
 }
 
@@ -76,11 +91,11 @@ Result<void> run(const FlyArguments& arguments) {
   if (!run) return fail(run);
   const bool frames = !arguments.dry_run && file->record_frames;
 
-  if (auto ok = refuse_to_overwrite(arguments.folder, arguments.force); !ok) return ok;
+  if (auto ok = record::clear_dataset(arguments.folder, arguments.force); !ok) return ok;
   std::optional<record::Dataset> dataset;
   std::optional<record::FrameSink> frame_sink;
   if (frames) {
-    auto created = record::Dataset::create(arguments.folder, arguments.force);
+    auto created = record::Dataset::create(arguments.folder, /*force=*/true);
     if (!created) return fail(created);
     dataset.emplace(std::move(*created));
     frame_sink.emplace(*run, *dataset);
@@ -111,13 +126,19 @@ Result<void> run(const FlyArguments& arguments) {
 }  // namespace nadir::app
 
 int main(int argc, char** argv) {
-  CLI::App app("Flies the vehicles of a run file over its maps while their cameras render, and leaves frames, truth, telemetry and a report.", "nadir fly");
+  CLI::App app(
+      "Flies the vehicles of a run file over its maps while their cameras render, and leaves frames, truth, telemetry "
+      "and a report.",
+      "nadir fly");
   nadir::app::FlyArguments a;
   app.add_option("RUN", a.run, "run file, YAML")->required();
   app.add_option("-o,--output-folder", a.folder, "folder for the dataset and report.html")->required();
-  app.add_flag("--dry-run", a.dry_run, "fly without rendering: draw path and footprints, say where cameras leave the map");
+  app.add_flag("--dry-run", a.dry_run,
+               "fly without rendering: draw path and footprints, say where cameras leave the map");
   app.add_flag("--force", a.force, "replace an earlier dataset in the folder");
-  app.add_option("--pace", a.pace, "simulated seconds a second; 0: as fast as possible")->capture_default_str()->check(CLI::NonNegativeNumber);
+  app.add_option("--pace", a.pace, "simulated seconds a second; 0: as fast as possible")
+      ->capture_default_str()
+      ->check(CLI::NonNegativeNumber);
   app.add_option("--cache", a.cache, "memory for decoded map tiles")->capture_default_str();
   app.add_option("--threads", a.threads, "0: all the machine has")->capture_default_str()->check(CLI::Range(0, 1024));
   app.add_flag("--json", a.json, "summary for programs");

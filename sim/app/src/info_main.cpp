@@ -26,27 +26,33 @@ void print_bands(const MapDescription& map) {
   constexpr std::size_t most = 32;
   for (std::size_t i = 0; i < std::min(map.bands.size(), most); ++i) {
     const tile::Band& band = map.bands[i];
-    fmt::print("  {:>3}  {:<9} {:<10} {}{}{}\n", i + 1, band.stored_type, band.color, band.name, band.nodata ? fmt::format("  nodata {}", *band.nodata) : "",
-               band.unit.empty() ? "" : "  " + band.unit);
+    fmt::print("  {:>3}  {:<9} {:<10} {}{}{}\n", i + 1, band.stored_type, band.color, band.name,
+               band.nodata ? fmt::format("  nodata {}", *band.nodata) : "", band.unit.empty() ? "" : "  " + band.unit);
   }
   if (map.bands.size() > most) fmt::print("  ... {} more\n", map.bands.size() - most);
 }
 
 void print_text(const MapDescription& map, const Result<tile::Map>& opened) {
-  fmt::print("{}\n  {}{}{}\n", map.path, map.format, map.layout.empty() ? "" : ", " + map.layout, map.compression.empty() ? ", not compressed" : ", " + map.compression);
+  fmt::print("{}\n  {}{}{}\n", map.path, map.format, map.layout.empty() ? "" : ", " + map.layout,
+             map.compression.empty() ? ", not compressed" : ", " + map.compression);
   if (opened) {
     const Eigen::Vector2d texel = opened->texel_size_m();
     fmt::print("  {}, centre {} (lat, lon in degrees)\n", map.georeference->crs, lat_lon(opened->center()));
-    fmt::print("  texel {:.6g} x {:.6g} m on the ground, map {:.6g} x {:.6g} m\n", texel.x(), texel.y(), texel.x() * opened->width(), texel.y() * opened->height());
+    fmt::print("  texel {:.6g} x {:.6g} m on the ground, map {:.6g} x {:.6g} m\n", texel.x(), texel.y(),
+               texel.x() * opened->width(), texel.y() * opened->height());
   }
   fmt::print("levels\n");
   for (std::size_t k = 0; k < map.levels.size(); ++k) {
     const tile::Level& level = map.levels[k];
-    fmt::print("  {:>3}  {} x {}, tiles of {} x {}\n", k, level.width, level.height, level.tile_width, level.tile_height);
+    fmt::print("  {:>3}  {} x {}, tiles of {} x {}\n", k, level.width, level.height, level.tile_width,
+               level.tile_height);
   }
   fmt::print("bands, valid by {}\n", validity_names[static_cast<int>(map.validity)]);
   print_bands(map);
-  for (const auto& [label, value] : {std::pair("role", map.role), {"acquired", map.acquired}, {"attribution", map.attribution}, {"licence", map.licence}})
+  for (const auto& [label, value] : {std::pair("role", map.role),
+                                     {"acquired", map.acquired},
+                                     {"attribution", map.attribution},
+                                     {"licence", map.licence}})
     if (!value.empty()) fmt::print("{}: {}\n", label, value);
   for (const std::string& warning : map.warnings) fmt::print("note: {}\n", warning);
   if (!opened && map.georeference) fmt::print("note: cannot be rendered: {}\n", opened.error().message);
@@ -55,9 +61,13 @@ void print_text(const MapDescription& map, const Result<tile::Map>& opened) {
 Json to_json(const MapDescription& map, const Result<tile::Map>& opened) {
   Json levels = Json::array(), bands = Json::array();
   for (const tile::Level& level : map.levels)
-    levels.push_back({{"width", level.width}, {"height", level.height}, {"tile_width", level.tile_width}, {"tile_height", level.tile_height}});
+    levels.push_back({{"width", level.width},
+                      {"height", level.height},
+                      {"tile_width", level.tile_width},
+                      {"tile_height", level.tile_height}});
   for (const tile::Band& band : map.bands) {
-    Json b = {{"name", band.name}, {"type", band.stored_type}, {"color", band.color}, {"unit", band.unit}, {"scale", band.scale}, {"offset", band.offset}};
+    Json b = {{"name", band.name}, {"type", band.stored_type}, {"color", band.color},
+              {"unit", band.unit}, {"scale", band.scale},      {"offset", band.offset}};
     if (!band.nodata)
       b["nodata"] = nullptr;
     else if (std::isfinite(*band.nodata))
@@ -66,9 +76,18 @@ Json to_json(const MapDescription& map, const Result<tile::Map>& opened) {
       b["nodata"] = fmt::format("{}", *band.nodata);  // JSON has no NaN
     bands.push_back(std::move(b));
   }
-  Json json = {{"path", map.path}, {"format", map.format}, {"layout", map.layout}, {"compression", map.compression},
-               {"levels", levels}, {"bands", bands}, {"validity", validity_names[static_cast<int>(map.validity)]},
-               {"role", map.role}, {"acquired", map.acquired}, {"attribution", map.attribution}, {"licence", map.licence}, {"notes", map.warnings}};
+  Json json = {{"path", map.path},
+               {"format", map.format},
+               {"layout", map.layout},
+               {"compression", map.compression},
+               {"levels", levels},
+               {"bands", bands},
+               {"validity", validity_names[static_cast<int>(map.validity)]},
+               {"role", map.role},
+               {"acquired", map.acquired},
+               {"attribution", map.attribution},
+               {"licence", map.licence},
+               {"notes", map.warnings}};
   if (map.georeference) {
     const Eigen::Matrix3d m = map.georeference->crs_from_texel.matrix();
     json["crs"] = map.georeference->crs;
@@ -77,7 +96,8 @@ Json to_json(const MapDescription& map, const Result<tile::Map>& opened) {
   }
   json["renderable"] = opened.has_value();
   if (opened) {
-    json["center"] = {{"lat_deg", geodesy::to_degrees(opened->center().lat_rad)}, {"lon_deg", geodesy::to_degrees(opened->center().lon_rad)}};
+    json["center"] = {{"lat_deg", geodesy::to_degrees(opened->center().lat_rad)},
+                      {"lon_deg", geodesy::to_degrees(opened->center().lon_rad)}};
     json["texel_size_m"] = {opened->texel_size_m().x(), opened->texel_size_m().y()};
   } else {
     json["problem"] = opened.error().message;
@@ -91,7 +111,8 @@ Result<void> check_every_cell(const tile::Map& map) {
   if (!source) return fail(source);
   const auto cells = [](std::int32_t size) { return (size + tile::cell_size - 1) / tile::cell_size; };
   std::int64_t total = 0;
-  for (const tile::Level& level : map.levels()) total += static_cast<std::int64_t>(cells(level.width)) * cells(level.height);
+  for (const tile::Level& level : map.levels())
+    total += static_cast<std::int64_t>(cells(level.width)) * cells(level.height);
   Progress progress("checking", "cells", total);
   for (std::size_t k = 0; k < map.levels().size(); ++k)
     for (std::int32_t row = 0; row < cells(map.levels()[k].height); ++row)
@@ -119,7 +140,9 @@ int main(int argc, char** argv) {
     if (!description) return fail(description);
     const auto opened = tile::Map::open(path);
     if (json)
-      fmt::print("{}\n", app::to_json(*description, opened).dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
+      fmt::print(
+          "{}\n",
+          app::to_json(*description, opened).dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
     else
       app::print_text(*description, opened);
     if (!check) return {};

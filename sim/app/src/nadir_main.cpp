@@ -36,7 +36,10 @@ std::map<std::string, fs::path> programs_beside(const fs::path& self) {
 }
 
 void print_help(const std::map<std::string, fs::path>& programs) {
-  fmt::print("Nadir {}: camera frames of real maps, with exact ground truth\n\nusage: nadir COMMAND ...   (nadir COMMAND --help for its options)\n\ncommands:\n", NADIR_VERSION);
+  fmt::print(
+      "Nadir {}: camera frames of real maps, with exact ground truth\n\nusage: nadir COMMAND ...   (nadir COMMAND "
+      "--help for its options)\n\ncommands:\n",
+      NADIR_VERSION);
   for (const auto& [name, path] : programs) {
     const auto summary = summaries.find(name);
     if (summary != summaries.end()) fmt::print("  {:<10} {}\n", name, summary->second);

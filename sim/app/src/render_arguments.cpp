@@ -44,15 +44,18 @@ Result<render::LayerOptions> layer_options(const MapArguments& arguments, const 
 /// lat,lon,height in degrees and metres; the height may carry a datum.
 Result<sim::OriginSetup> parse_origin(const std::string& text) {
   const std::vector<std::string_view> fields = split(text, ',');
-  const auto lat_lon = fields.size() == 3 ? parse_numbers("--origin", text.substr(0, text.rfind(',')), 2, 2, "38.1,-0.76,0") : parse_numbers("--origin", text, 3, 3, "38.1,-0.76,0");
+  const auto lat_lon = fields.size() == 3
+                           ? parse_numbers("--origin", text.substr(0, text.rfind(',')), 2, 2, "38.1,-0.76,0")
+                           : parse_numbers("--origin", text, 3, 3, "38.1,-0.76,0");
   if (!lat_lon) return fail(lat_lon);
   if (std::abs((*lat_lon)[0]) > 90 || std::abs((*lat_lon)[1]) > 360)
-    return fail(Error::Kind::Malformed, fmt::format("--origin '{}': expected a latitude of at most 90 and a longitude of at most 360 degrees", text));
+    return fail(
+        Error::Kind::Malformed,
+        fmt::format("--origin '{}': expected a latitude of at most 90 and a longitude of at most 360 degrees", text));
   const auto height = geodesy::parse_height(fields[2]);
   if (!height) return fail(height.error().kind, "--origin: " + height.error().message);
   return sim::OriginSetup{(*lat_lon)[0], (*lat_lon)[1], *height};
 }
-
 
 }  // namespace
 
@@ -70,34 +73,57 @@ void add_render_options(CLI::App& app, RenderArguments& a) {
         ->multi_option_policy(CLI::MultiOptionPolicy::TakeLast)
         ->group("Maps (options of a map follow it)");
   };
-  app.add_option_function<std::string>("--map", [&a](const std::string& path) { a.maps.push_back({path}); }, "a georeferenced raster; may be given several times, one layer each")
+  app.add_option_function<std::string>(
+         "--map", [&a](const std::string& path) { a.maps.push_back({path}); },
+         "a georeferenced raster; may be given several times, one layer each")
       ->trigger_on_parse()
       ->required()
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeLast)
       ->group("Maps (options of a map follow it)");
   of_map("--name", &MapArguments::name, "name of the layer and its sensor (the file's stem)");
-  of_map("--role", &MapArguments::role, "optical, radar, infrared, elevation, labels or field (the map's own, else optical)");
+  of_map("--role", &MapArguments::role,
+         "optical, radar, infrared, elevation, labels or field (the map's own, else optical)");
   of_map("--bands", &MapArguments::bands, "numbers or names, such as 4,3,2 or VV (all)");
   of_map("--radar-scale", &MapArguments::radar_scale, "decibel or linear (decibel for floats)");
   of_map("--output", &MapArguments::output, "type of the frames: uint8, int16, uint16 or float32 (the map's)");
   of_map("--range", &MapArguments::range, "LOW,HIGH: map values that become the type's lowest and highest");
 
   app.add_option("--camera", a.camera, "camera calibration, YAML as ROS writes it")->required()->group("View");
-  app.add_option("--poses", a.poses, "CSV: t_s,lat_deg,lon_deg,height_m,yaw_deg,pitch_deg,roll_deg of the vehicle\nor t_s,x_m,y_m,z_m,qx,qy,qz,qw of the camera (enu_from_camera)")->required()->group("View");
-  app.add_option("--mount", a.mount, "x_m,y_m,z_m,yaw_deg,pitch_deg,roll_deg of the camera on the vehicle (looking down, top to the nose)")->group("View");
-  app.add_option("--origin", a.origin, "lat,lon,height of the scene origin in degrees and metres (first map's centre at plane height)")->group("View");
-  app.add_option("--plane-height", a.plane_height, "height of the ground: metres above the ellipsoid, or '12 msl'")->capture_default_str()->group("View");
+  app.add_option("--poses", a.poses,
+                 "CSV: t_s,lat_deg,lon_deg,height_m,yaw_deg,pitch_deg,roll_deg of the vehicle\nor "
+                 "t_s,x_m,y_m,z_m,qx,qy,qz,qw of the camera (enu_from_camera)")
+      ->required()
+      ->group("View");
+  app.add_option("--mount", a.mount,
+                 "x_m,y_m,z_m,yaw_deg,pitch_deg,roll_deg of the camera on the vehicle (looking down, top to the nose)")
+      ->group("View");
+  app.add_option("--origin", a.origin,
+                 "lat,lon,height of the scene origin in degrees and metres (first map's centre at plane height)")
+      ->group("View");
+  app.add_option("--plane-height", a.plane_height, "height of the ground: metres above the ellipsoid, or '12 msl'")
+      ->capture_default_str()
+      ->group("View");
 
   app.add_option("--quality", a.quality, "draft, balanced or best")->capture_default_str()->group("Rendering");
   app.add_option("--filter", a.filter, "nearest, bilinear, mip or reference (the quality's)")->group("Rendering");
-  app.add_option("--geometry-tolerance", a.geometry_tolerance_px, "largest geometric error in image pixels")->capture_default_str()->group("Rendering");
-  app.add_option("--off-map", a.off_map, "mask, fill or reject, where a frame sees what no map covers")->capture_default_str()->group("Rendering");
+  app.add_option("--geometry-tolerance", a.geometry_tolerance_px, "largest geometric error in image pixels")
+      ->capture_default_str()
+      ->group("Rendering");
+  app.add_option("--off-map", a.off_map, "mask, fill or reject, where a frame sees what no map covers")
+      ->capture_default_str()
+      ->group("Rendering");
   app.add_option("--fill-value", a.fill_value, "with --off-map fill")->capture_default_str()->group("Rendering");
   app.add_option("--cache", a.cache, "memory for decoded map tiles")->capture_default_str()->group("Rendering");
-  app.add_option("--threads", a.threads, "0: all the machine has")->capture_default_str()->check(CLI::Range(0, 1024))->group("Rendering");
-  app.add_option("--first", a.first_frames, "render only the first N poses")->check(CLI::Range(0, 1000000000))->group("Rendering");
+  app.add_option("--threads", a.threads, "0: all the machine has")
+      ->capture_default_str()
+      ->check(CLI::Range(0, 1024))
+      ->group("Rendering");
+  app.add_option("--first", a.first_frames, "render only the first N poses")
+      ->check(CLI::Range(0, 1000000000))
+      ->group("Rendering");
 
-  app.add_option("-o,--output-folder", a.folder, "folder for frames, masks, frames.jsonl, camera file and pictures")->group("Output");
+  app.add_option("-o,--output-folder", a.folder, "folder for frames, masks, frames.jsonl, camera file and pictures")
+      ->group("Output");
   app.add_option("--vehicle", a.vehicle, "name in the folder and the records")->capture_default_str()->group("Output");
   app.add_flag("--force", a.force, "replace an earlier dataset in the folder")->group("Output");
   app.add_flag("--no-pictures", a.no_pictures, "no contact sheets and no maps with footprints")->group("Output");
@@ -113,7 +139,8 @@ void add_render_options(CLI::App& app, RenderArguments& a) {
 
 Result<void> check_names_a_file(std::string_view what, std::string_view name) {
   if (!name.empty() && name != "." && name != ".." && name.find('/') == std::string_view::npos) return {};
-  return fail(Error::Kind::Malformed, fmt::format("{} '{}': expected a name that a file can have, without '/'", what, name));
+  return fail(Error::Kind::Malformed,
+              fmt::format("{} '{}': expected a name that a file can have, without '/'", what, name));
 }
 
 Result<render::Scene> make_scene(const RenderArguments& arguments) {
@@ -125,7 +152,9 @@ Result<render::Scene> make_scene(const RenderArguments& arguments) {
   }
   const auto typed = geodesy::parse_height(arguments.plane_height);
   if (!typed) return fail(typed.error().kind, "--plane-height: " + typed.error().message);
-  if (typed->datum == geodesy::HeightDatum::Agl) return fail(Error::Kind::Malformed, "--plane-height: expected a height above the ellipsoid or msl: it is the ground");
+  if (typed->datum == geodesy::HeightDatum::Agl)
+    return fail(Error::Kind::Malformed,
+                "--plane-height: expected a height above the ellipsoid or msl: it is the ground");
 
   std::optional<sim::OriginSetup> origin;
   if (!arguments.origin.empty()) {

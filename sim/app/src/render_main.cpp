@@ -32,17 +32,28 @@ struct Summary {
 
 void print_json(const Summary& summary, const render::Renderer& renderer, const std::string& folder) {
   const tile::CacheCounters cache = renderer.cache_counters();
-  nlohmann::ordered_json json = {{"frames", summary.frames}, {"rejected", summary.rejected}, {"blank", summary.blank}, {"seconds", summary.seconds}, {"median_frame_ms", summary.median_ms()},
-                                 {"cells_loaded", cache.loads}, {"cells_evicted", cache.evictions}, {"cache_peak_bytes", cache.peak_bytes},
-                                 {"folder", folder.empty() ? nlohmann::ordered_json(nullptr) : nlohmann::ordered_json(folder)}};
-  if (!summary.explanation.done.empty()) json["explain"] = {{"done", summary.explanation.done}, {"left_out", summary.explanation.left_out}};
+  nlohmann::ordered_json json = {
+      {"frames", summary.frames},
+      {"rejected", summary.rejected},
+      {"blank", summary.blank},
+      {"seconds", summary.seconds},
+      {"median_frame_ms", summary.median_ms()},
+      {"cells_loaded", cache.loads},
+      {"cells_evicted", cache.evictions},
+      {"cache_peak_bytes", cache.peak_bytes},
+      {"folder", folder.empty() ? nlohmann::ordered_json(nullptr) : nlohmann::ordered_json(folder)}};
+  if (!summary.explanation.done.empty())
+    json["explain"] = {{"done", summary.explanation.done}, {"left_out", summary.explanation.left_out}};
   fmt::print("{}\n", json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
 }
 
 void print_text(const Summary& summary, const std::string& folder, bool pictures) {
-  fmt::print("{} frames in {:.1f} s, {:.1f} ms each in the renderer (median)", summary.frames, summary.seconds, summary.median_ms());
+  fmt::print("{} frames in {:.1f} s, {:.1f} ms each in the renderer (median)", summary.frames, summary.seconds,
+             summary.median_ms());
   if (summary.rejected > 0) fmt::print(", {} rejected: they look beyond the map", summary.rejected);
-  if (!folder.empty()) fmt::print("\n{0}/frames.jsonl holds the truth{1}", folder, pictures ? fmt::format("; look at {}/*.png", folder) : "");
+  if (!folder.empty())
+    fmt::print("\n{0}/frames.jsonl holds the truth{1}", folder,
+               pictures ? fmt::format("; look at {}/*.png", folder) : "");
   fmt::print("\n");
 }
 
@@ -57,19 +68,22 @@ void print_explanation(const render::Explanation& explanation) {
 std::string whereabouts(const render::Scene& scene, const sim::TimedPose& pose) {
   const geodesy::Geodetic camera = geodesy::geodetic_from_ecef({pose.ecef_from_camera.origin});
   const tile::Map& map = scene.layers().front().source->map();
-  return fmt::format("the first camera is at {:.6f}, {:.6f} (lat, lon) and {:.6g} m, the centre of {} at {:.6f}, {:.6f}", geodesy::to_degrees(camera.lat_rad),
-                     geodesy::to_degrees(camera.lon_rad), camera.height_m, map.description().path, geodesy::to_degrees(map.center().lat_rad),
-                     geodesy::to_degrees(map.center().lon_rad));
+  return fmt::format(
+      "the first camera is at {:.6f}, {:.6f} (lat, lon) and {:.6g} m, the centre of {} at {:.6f}, {:.6f}",
+      geodesy::to_degrees(camera.lat_rad), geodesy::to_degrees(camera.lon_rad), camera.height_m, map.description().path,
+      geodesy::to_degrees(map.center().lat_rad), geodesy::to_degrees(map.center().lon_rad));
 }
 
 bool is_blank(const render::Frame& frame) {
-  return std::all_of(frame.layers().begin(), frame.layers().end(), [](const render::FrameLayer& layer) { return layer.truth.valid_fraction == 0; });
+  return std::all_of(frame.layers().begin(), frame.layers().end(),
+                     [](const render::FrameLayer& layer) { return layer.truth.valid_fraction == 0; });
 }
 
 /// Renders all poses, into `dataset` where there is one.
-Result<void> render_frames(const RenderArguments& arguments, const render::RenderOptions& options, const render::Scene& scene, const render::Camera& camera,
-                           const std::vector<sim::TimedPose>& poses, render::Renderer& renderer, record::Dataset* dataset, record::Overview& overview,
-                           Summary& summary) {
+Result<void> render_frames(const RenderArguments& arguments, const render::RenderOptions& options,
+                           const render::Scene& scene, const render::Camera& camera,
+                           const std::vector<sim::TimedPose>& poses, render::Renderer& renderer,
+                           record::Dataset* dataset, record::Overview& overview, Summary& summary) {
   std::vector<std::string> sensors;
   for (const render::Layer& layer : scene.layers()) sensors.push_back(layer.name);
   Progress progress("rendering", "frames", static_cast<std::int64_t>(poses.size()), !arguments.json);
@@ -81,27 +95,37 @@ Result<void> render_frames(const RenderArguments& arguments, const render::Rende
     if (!frame && frame.error().kind == Error::Kind::OutsideMap) {
       ++summary.rejected;
       if (!dataset) continue;
-      if (auto ok = dataset->add_rejected(sensors, pose.time_ns, arguments.vehicle, frame.error().message); !ok) return ok;
+      if (auto ok = dataset->add_rejected(sensors, pose.time_ns, arguments.vehicle, frame.error().message); !ok)
+        return ok;
       continue;
     }
     if (!frame)
-      return fail(frame.error().kind, fmt::format("frame at {} ns: {}{}", pose.time_ns, frame.error().message,
-                                                  frame.error().kind == Error::Kind::OverBudget ? " with --cache" : ""));
+      return fail(frame.error().kind,
+                  fmt::format("frame at {} ns: {}{}", pose.time_ns, frame.error().message,
+                              frame.error().kind == Error::Kind::OverBudget ? " with --cache" : ""));
     ++summary.frames;
     if (is_blank(*frame)) ++summary.blank;
     summary.frame_ms.push_back(frame->truth().render_ms);
     if (frame_options.explain) summary.explanation = frame->explanation();
     if (!arguments.no_pictures && dataset) overview.add(frame->truth(), pose.time_ns);
     if (!dataset) continue;
-    if (auto ok = dataset->add(std::move(*frame), pose.time_ns, arguments.vehicle, options.off_map == render::OffMap::Mask); !ok) return ok;
+    if (auto ok =
+            dataset->add(std::move(*frame), pose.time_ns, arguments.vehicle, options.off_map == render::OffMap::Mask);
+        !ok)
+      return ok;
   }
   return {};
 }
 
-Result<void> write_pictures(const record::Overview& overview, render::Renderer& renderer, const std::filesystem::path& folder) {
+Result<void> write_pictures(const record::Overview& overview, render::Renderer& renderer,
+                            const std::filesystem::path& folder) {
   for (const render::Layer& layer : overview.scene().layers()) {
-    if (auto ok = overview.write_contact_sheet(renderer, layer, folder / fmt::format("contact_{}.png", layer.name)); !ok) return ok;
-    if (auto ok = overview.write_footprints(renderer, layer, folder / fmt::format("footprints_{}.png", layer.name)); !ok) return ok;
+    if (auto ok = overview.write_contact_sheet(renderer, layer, folder / fmt::format("contact_{}.png", layer.name));
+        !ok)
+      return ok;
+    if (auto ok = overview.write_footprints(renderer, layer, folder / fmt::format("footprints_{}.png", layer.name));
+        !ok)
+      return ok;
   }
   return {};
 }
@@ -137,7 +161,8 @@ Result<void> run(const RenderArguments& arguments) {
   record::Overview overview(*scene, *camera, poses->size());
   Summary summary;
   const auto start = std::chrono::steady_clock::now();
-  auto rendered = render_frames(arguments, *options, *scene, *camera, *poses, renderer, dataset ? &*dataset : nullptr, overview, summary);
+  auto rendered = render_frames(arguments, *options, *scene, *camera, *poses, renderer, dataset ? &*dataset : nullptr,
+                                overview, summary);
   // Where rendering failed too: the frames before are whole, and are listed
   if (dataset)
     if (auto ok = dataset->finish(); !ok && rendered) rendered = ok;
@@ -154,11 +179,14 @@ Result<void> run(const RenderArguments& arguments) {
     print_text(summary, arguments.folder, pictures);
   }
   if (summary.frames == 0)
-    return fail(Error::Kind::OutsideMap, fmt::format("no frame was made: all look beyond the map; {}; `--off-map mask` renders what there is",
-                                                     whereabouts(*scene, poses->front())));
+    return fail(Error::Kind::OutsideMap,
+                fmt::format("no frame was made: all look beyond the map; {}; `--off-map mask` renders what there is",
+                            whereabouts(*scene, poses->front())));
   if (summary.blank == summary.frames)
-    fmt::print(stderr, "nadir render: note: no frame shows any of a map; {}; check the poses, and that the map holds data there\n",
-               whereabouts(*scene, poses->front()));
+    fmt::print(
+        stderr,
+        "nadir render: note: no frame shows any of a map; {}; check the poses, and that the map holds data there\n",
+        whereabouts(*scene, poses->front()));
   return {};
 }
 

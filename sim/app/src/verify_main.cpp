@@ -1,4 +1,5 @@
-// nadir verify: is a dataset what its run file makes? Recomputes truth, renders random frames again, compares checksums.
+// nadir verify: is a dataset what its run file makes? Recomputes truth, renders random frames again, compares
+// checksums.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -38,8 +39,10 @@ Result<std::map<FrameKey, Json>> read_records(const fs::path& path) {
   for (std::string line; std::getline(lines, line);) {
     ++number;
     const Json json = Json::parse(line, nullptr, /*allow_exceptions=*/false);
-    const bool usable = json.is_object() && json.value("vehicle", Json()).is_string() && json.value("sensor", Json()).is_string() && json.value("time_ns", Json()).is_number_integer();
-    if (!usable) return fail(Error::Kind::Malformed, fmt::format("{}:{}: expected a frame's record", path.string(), number));
+    const bool usable = json.is_object() && json.value("vehicle", Json()).is_string() &&
+                        json.value("sensor", Json()).is_string() && json.value("time_ns", Json()).is_number_integer();
+    if (!usable)
+      return fail(Error::Kind::Malformed, fmt::format("{}:{}: expected a frame's record", path.string(), number));
     records[{json["vehicle"], json["sensor"], json["time_ns"]}] = json;
   }
   return records;
@@ -51,7 +54,8 @@ std::vector<FrameKey> choose(const std::map<FrameKey, Json>& records, std::size_
   for (const auto& [key, json] : records)
     if (json.contains("checksum")) keys.push_back(key);
   std::mt19937_64 random(seed);
-  for (std::size_t i = 0; i < std::min(count, keys.size()); ++i) std::swap(keys[i], keys[i + random() % (keys.size() - i)]);
+  for (std::size_t i = 0; i < std::min(count, keys.size()); ++i)
+    std::swap(keys[i], keys[i + random() % (keys.size() - i)]);
   keys.resize(std::min(count, keys.size()));
   std::sort(keys.begin(), keys.end());
   return keys;
@@ -60,25 +64,29 @@ std::vector<FrameKey> choose(const std::map<FrameKey, Json>& records, std::size_
 /// Flies the run again and compares.
 class Verifier final : public sim::Sink {
  public:
-  Verifier(const sim::Run& run, const fs::path& folder, std::map<FrameKey, Json> records, std::vector<FrameKey> chosen, render::Renderer& renderer)
+  Verifier(const sim::Run& run, const fs::path& folder, std::map<FrameKey, Json> records, std::vector<FrameKey> chosen,
+           render::Renderer& renderer)
       : run_(run), folder_(folder), records_(std::move(records)), chosen_(std::move(chosen)), renderer_(renderer) {}
 
   Result<void> on_frame(const sim::FrameEvent& event) override {
     const FrameKey key{event.vehicle, event.sensor, event.state.time_ns};
     const auto found = records_.find(key);
-    if (found == records_.end()) return complain(fmt::format("{}: the run makes this frame, and the dataset has no record of it", key.text()));
+    if (found == records_.end())
+      return complain(fmt::format("{}: the run makes this frame, and the dataset has no record of it", key.text()));
     const Json record = std::move(found->second);
     records_.erase(found);
     if (!record.contains("checksum")) return {};  // it was rejected
     ++truths;
     compare_truth(key, record, event.truth);
-    if (!fs::is_regular_file(folder_ / record["file"].get<std::string>())) complain(fmt::format("{}: its file {} is missing", key.text(), record["file"].get<std::string>()));
+    if (!fs::is_regular_file(folder_ / record["file"].get<std::string>()))
+      complain(fmt::format("{}: its file {} is missing", key.text(), record["file"].get<std::string>()));
     if (std::binary_search(chosen_.begin(), chosen_.end(), key)) return compare_pixels(key, record, event);
     return {};
   }
 
   Result<void> finish() override {
-    for (const auto& [key, record] : records_) complain(fmt::format("{}: the dataset has this frame, and the run does not make it", key.text()));
+    for (const auto& [key, record] : records_)
+      complain(fmt::format("{}: the dataset has this frame, and the run does not make it", key.text()));
     return {};
   }
 
@@ -96,23 +104,30 @@ class Verifier final : public sim::Sink {
     render::FrameLayer layer;
     layer.truth = truth;
     const Json again = Json::parse(record::frame_record({}, layer));
-    for (const char* field : {"pose", "camera_matrix", "map_pixel_from_image_pixel", "image_pixel_from_map_pixel", "homography_max_error_px", "footprint", "image_gsd_m", "magnification"})
-      if (!record.contains(field) || record[field] != again[field]) complain(fmt::format("{}: its {} is not what the run gives", key.text(), field));
+    for (const char* field : {"pose", "camera_matrix", "map_pixel_from_image_pixel", "image_pixel_from_map_pixel",
+                              "homography_max_error_px", "footprint", "image_gsd_m", "magnification"})
+      if (!record.contains(field) || record[field] != again[field])
+        complain(fmt::format("{}: its {} is not what the run gives", key.text(), field));
   }
 
   Result<void> compare_pixels(const FrameKey& key, const Json& record, const sim::FrameEvent& event) {
-    const sim::PreparedSensor& sensor = *std::find_if(run_.sensors().begin(), run_.sensors().end(), [&](const auto& s) { return s.vehicle == event.vehicle && s.name == event.sensor; });
-    const auto frame = renderer_.render(sensor.scene, sensor.camera, sim::camera_pose(event.state, sensor), run_.render_options(sensor));
+    const sim::PreparedSensor& sensor = *std::find_if(run_.sensors().begin(), run_.sensors().end(), [&](const auto& s) {
+      return s.vehicle == event.vehicle && s.name == event.sensor;
+    });
+    const auto frame = renderer_.render(sensor.scene, sensor.camera, sim::camera_pose(event.state, sensor),
+                                        run_.render_options(sensor));
     if (!frame) return fail(frame);
     ++rendered;
-    if (record::checksum(frame->layer()) != record["checksum"]) return complain(fmt::format("{}: rendered again, its checksum differs", key.text()));
+    if (record::checksum(frame->layer()) != record["checksum"])
+      return complain(fmt::format("{}: rendered again, its checksum differs", key.text()));
     const auto images = record::image_files();
     if (!images) return fail(images);
     const auto image = (*images)->read(folder_ / record["file"].get<std::string>());
     if (!image) return complain(fmt::format("{}: {}", key.text(), image.error().message));
     const auto& samples = frame->layer().samples;
     // As bytes: NaN marks invalid pixels of floats, and is equal to nothing
-    if (image->samples != samples) return complain(fmt::format("{}: the image file holds other pixels than were rendered", key.text()));
+    if (image->samples != samples)
+      return complain(fmt::format("{}: the image file holds other pixels than were rendered", key.text()));
     return {};
   }
 
@@ -125,7 +140,10 @@ class Verifier final : public sim::Sink {
 
 Result<void> run(const fs::path& folder, std::size_t frames, std::uint64_t seed, bool json) {
   const auto file = sim::read_run_file(folder / "run.yaml");
-  if (!file) return fail(file.error().kind, file.error().message + (file.error().kind == Error::Kind::NotFound ? "; verify needs a dataset of nadir fly" : ""));
+  if (!file)
+    return fail(file.error().kind,
+                file.error().message +
+                    (file.error().kind == Error::Kind::NotFound ? "; verify needs a dataset of nadir fly" : ""));
   auto run = sim::Run::prepare(*file);
   if (!run) return fail(run);
   auto records = read_records(folder / "frames.jsonl");
@@ -138,15 +156,23 @@ Result<void> run(const fs::path& folder, std::size_t frames, std::uint64_t seed,
   if (const auto flown = run->execute(renderer, sinks, /*render_frames=*/false, /*pace=*/0); !flown) return fail(flown);
 
   if (json) {
-    fmt::print("{}\n", nlohmann::ordered_json{{"records", total}, {"truths_compared", verifier.truths}, {"frames_rendered", verifier.rendered}, {"complaints", verifier.complaints}}.dump(2));
+    fmt::print("{}\n", nlohmann::ordered_json{{"records", total},
+                                              {"truths_compared", verifier.truths},
+                                              {"frames_rendered", verifier.rendered},
+                                              {"complaints", verifier.complaints}}
+                           .dump(2));
   } else {
     constexpr std::size_t most = 20;
-    for (std::size_t i = 0; i < std::min(most, verifier.complaints.size()); ++i) fmt::print("{}\n", verifier.complaints[i]);
+    for (std::size_t i = 0; i < std::min(most, verifier.complaints.size()); ++i)
+      fmt::print("{}\n", verifier.complaints[i]);
     if (verifier.complaints.size() > most) fmt::print("... and {} more\n", verifier.complaints.size() - most);
-    fmt::print("{} records; truth recomputed for {}, {} frames rendered again\n", total, verifier.truths, verifier.rendered);
+    fmt::print("{} records; truth recomputed for {}, {} frames rendered again\n", total, verifier.truths,
+               verifier.rendered);
   }
   if (!verifier.complaints.empty())
-    return fail(Error::Kind::Malformed, fmt::format("{}: {} differences: it is not what its run.yaml makes with this version and these maps", folder.string(), verifier.complaints.size()));
+    return fail(Error::Kind::Malformed,
+                fmt::format("{}: {} differences: it is not what its run.yaml makes with this version and these maps",
+                            folder.string(), verifier.complaints.size()));
   if (!json) fmt::print("all agree\n");
   return {};
 }
@@ -155,7 +181,10 @@ Result<void> run(const fs::path& folder, std::size_t frames, std::uint64_t seed,
 }  // namespace nadir::app
 
 int main(int argc, char** argv) {
-  CLI::App app("Checks a dataset of nadir fly: recomputes the truth of every frame, renders some again, compares checksums and files.", "nadir verify");
+  CLI::App app(
+      "Checks a dataset of nadir fly: recomputes the truth of every frame, renders some again, compares checksums and "
+      "files.",
+      "nadir verify");
   std::string folder;
   std::size_t frames = 10;
   std::uint64_t seed = 1;

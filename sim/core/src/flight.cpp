@@ -21,9 +21,17 @@ constexpr std::int64_t step_ns = 2'500'000;
 
 class Flight final : public PoseSource {
  public:
-  Flight(const FixedWing& vehicle, const Environment& environment, const Eigen::Vector3d& wind_ned_mps, const LocalFrame& scene, const FixedWingState& state,
-         const Trim& level, const FeedForward& feed_forward, Mission mission)
-      : vehicle_(vehicle), environment_(environment), wind_ned_mps_(wind_ned_mps), scene_(scene), before_(state), state_(state), controls_(level.controls), autopilot_(feed_forward),
+  Flight(const FixedWing& vehicle, const Environment& environment, const Eigen::Vector3d& wind_ned_mps,
+         const LocalFrame& scene, const FixedWingState& state, const Trim& level, const FeedForward& feed_forward,
+         Mission mission)
+      : vehicle_(vehicle),
+        environment_(environment),
+        wind_ned_mps_(wind_ned_mps),
+        scene_(scene),
+        before_(state),
+        state_(state),
+        controls_(level.controls),
+        autopilot_(feed_forward),
         mission_(std::move(mission)) {}
 
   void schedule(Scheduler& scheduler) override {
@@ -47,8 +55,8 @@ class Flight final : public PoseSource {
   }
 
   Result<VehicleState> state_at(std::int64_t time_ns) const override {
-    // The motion runs ahead: state_ is where the step under way ends. A frame within it gets a shorter step of its own from
-    // where it began: the pose at its time, not one interpolated.
+    // The motion runs ahead: state_ is where the step under way ends. A frame within it gets a shorter step of its own
+    // from where it began: the pose at its time, not one interpolated.
     FixedWingState now = state_;
     if (time_ns < state_time_ns_) {
       auto within = moved(before_, before_time_ns_, time_ns - before_time_ns_);
@@ -80,7 +88,8 @@ class Flight final : public PoseSource {
  private:
   /// `from`, the state at `from_ns`, some time later.
   Result<FixedWingState> moved(const FixedWingState& from, std::int64_t from_ns, std::int64_t duration_ns) const {
-    return advance(vehicle_, environment_, from, controls_, wind_ned_mps_, static_cast<double>(from_ns) * 1e-9, static_cast<double>(duration_ns) * 1e-9);
+    return advance(vehicle_, environment_, from, controls_, wind_ned_mps_, static_cast<double>(from_ns) * 1e-9,
+                   static_cast<double>(duration_ns) * 1e-9);
   }
 
   const FixedWing vehicle_;
@@ -110,8 +119,10 @@ class RecordedPoses final : public PoseSource {
     render::CameraPose pose = a;
     if (poses_[at_].time_ns != time_ns) {
       const TimedPose& next = poses_[at_ + 1];
-      const double s = static_cast<double>(time_ns - poses_[at_].time_ns) / static_cast<double>(next.time_ns - poses_[at_].time_ns);
-      pose = {a.rotation.slerp(s, next.ecef_from_camera.rotation), a.origin + s * (next.ecef_from_camera.origin - a.origin)};
+      const double s =
+          static_cast<double>(time_ns - poses_[at_].time_ns) / static_cast<double>(next.time_ns - poses_[at_].time_ns);
+      pose = {a.rotation.slerp(s, next.ecef_from_camera.rotation),
+              a.origin + s * (next.ecef_from_camera.origin - a.origin)};
     }
     return vehicle_state(time_ns, pose * render::body_from_camera({}).inverse());
   }
@@ -137,12 +148,17 @@ Result<Waypoint> in_scene(const WaypointSetup& setup, const render::Plane& groun
 
 }  // namespace
 
-Result<std::unique_ptr<PoseSource>> make_flight(const RunFile& run, const VehicleSetup& setup, const render::Plane& ground) {
+Result<std::unique_ptr<PoseSource>> make_flight(const RunFile& run, const VehicleSetup& setup,
+                                                const render::Plane& ground) {
   const FixedWing vehicle = aerosonde();
   const auto start = in_scene(setup.start, ground);
   if (!start) return fail(start);
+  if (start->height_m <= ground.up_m())
+    return fail(Error::Kind::Malformed, fmt::format("start: expected a height above the ground, found {:.1f} m over it",
+                                                    start->height_m - ground.up_m()));
   const LocalFrame& scene = ground.frame();
-  const Geodetic place = geodetic_from_ecef(scene.ecef_from_enu() * Point<frame::Enu>{{start->east_m, start->north_m, start->height_m}});
+  const Geodetic place =
+      geodetic_from_ecef(scene.ecef_from_enu() * Point<frame::Enu>{{start->east_m, start->north_m, start->height_m}});
 
   double sea_level_m = 0;
   if (!run.flat_earth) {
@@ -166,9 +182,11 @@ Result<std::unique_ptr<PoseSource>> make_flight(const RunFile& run, const Vehicl
   const double yaw_rad = to_radians(setup.yaw_deg);
   if (waypoints.empty()) {  // straight on, farther than the run lasts
     const double reach_m = (setup.airspeed_mps + 100) * (static_cast<double>(run.duration_ns) * 1e-9 + 10);
-    waypoints.push_back({start->north_m + reach_m * std::cos(yaw_rad), start->east_m + reach_m * std::sin(yaw_rad), start->height_m});
+    waypoints.push_back(
+        {start->north_m + reach_m * std::cos(yaw_rad), start->east_m + reach_m * std::sin(yaw_rad), start->height_m});
   }
-  auto mission = Mission::create(*start, waypoints, setup.turn_radius_m, setup.repeat_mission ? AfterMission::Repeat : AfterMission::Circle);
+  auto mission = Mission::create(*start, waypoints, setup.turn_radius_m,
+                                 setup.repeat_mission ? AfterMission::Repeat : AfterMission::Circle);
   if (!mission) return fail(mission);
 
   const Eigen::Vector3d wind(run.wind_north_mps, run.wind_east_mps, run.wind_down_mps);
@@ -176,14 +194,19 @@ Result<std::unique_ptr<PoseSource>> make_flight(const RunFile& run, const Vehicl
   return std::make_unique<Flight>(vehicle, environment, wind, scene, state, *level, *forward, std::move(*mission));
 }
 
-Result<std::unique_ptr<PoseSource>> make_recorded_poses(const RunFile& run, const VehicleSetup& setup, const render::Plane& ground) {
+Result<std::unique_ptr<PoseSource>> make_recorded_poses(const RunFile& run, const VehicleSetup& setup,
+                                                        const render::Plane& ground) {
   const std::filesystem::path path = run.resolve(setup.poses);
   auto poses = read_pose_file(path, ground, {});
   if (!poses) return fail(poses);
   const std::int64_t first_ns = poses->front().time_ns, last_ns = poses->back().time_ns;
   if (first_ns > 0 || last_ns < run.duration_ns)
-    return fail(Error::Kind::Malformed, fmt::format("{}: has poses from {} s to {} s, and the run needs them from 0 s to {} s: change duration_s or the file", path.string(),
-                                                    static_cast<double>(first_ns) * 1e-9, static_cast<double>(last_ns) * 1e-9, run.duration_text));
+    return fail(
+        Error::Kind::Malformed,
+        fmt::format(
+            "{}: has poses from {} s to {} s, and the run needs them from 0 s to {} s: change duration_s or the file",
+            path.string(), static_cast<double>(first_ns) * 1e-9, static_cast<double>(last_ns) * 1e-9,
+            run.duration_text));
   return std::make_unique<RecordedPoses>(std::move(*poses));
 }
 

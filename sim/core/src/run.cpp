@@ -10,7 +10,8 @@
 namespace nadir::sim {
 namespace {
 
-Result<std::vector<std::pair<std::string, tile::Map>>> open_maps(const RunFile& file, const std::vector<std::pair<std::string, MapSetup>>& setups) {
+Result<std::vector<std::pair<std::string, tile::Map>>> open_maps(
+    const RunFile& file, const std::vector<std::pair<std::string, MapSetup>>& setups) {
   std::vector<std::pair<std::string, tile::Map>> maps;
   for (const auto& [name, setup] : setups) {
     auto map = tile::Map::open(file.resolve(setup.map).string());
@@ -20,7 +21,8 @@ Result<std::vector<std::pair<std::string, tile::Map>>> open_maps(const RunFile& 
   return maps;
 }
 
-Result<PreparedSensor> prepare_sensor(const RunFile& file, const render::Plane& ground, const std::vector<std::pair<std::string, tile::Map>>& layers,
+Result<PreparedSensor> prepare_sensor(const RunFile& file, const render::Plane& ground,
+                                      const std::vector<std::pair<std::string, tile::Map>>& layers,
                                       const std::string& vehicle, const std::string& name, const SensorSetup& setup) {
   auto camera = render::Camera::from_yaml(file.resolve(setup.camera));
   if (!camera) return fail(camera);
@@ -31,8 +33,10 @@ Result<PreparedSensor> prepare_sensor(const RunFile& file, const render::Plane& 
   auto options = layer_options(map, file.scene.layers[i].second, setup.output, setup.range);
   if (!options) return fail(options.error().kind, fmt::format("sensor {}: {}", name, options.error().message));
   render::Scene scene = render::Scene::plane(ground).with_layer(name, map, std::move(*options));
-  if (auto ok = scene.check(); !ok) return fail(ok.error().kind, fmt::format("sensor {}: {}", name, ok.error().message));
-  return PreparedSensor{vehicle, name, setup, std::move(*camera), render::body_from_camera(setup.mount()), std::move(scene)};
+  if (auto ok = scene.check(); !ok)
+    return fail(ok.error().kind, fmt::format("sensor {}: {}", name, ok.error().message));
+  return PreparedSensor{vehicle,         name, setup, std::move(*camera), render::body_from_camera(setup.mount()),
+                        std::move(scene)};
 }
 
 }  // namespace
@@ -48,7 +52,8 @@ Result<Run> Run::prepare(const RunFile& file) {
 
   Run run(file, *ground);
   for (const auto& [name, setup] : file.vehicles) {
-    auto source = setup.model == "poses" ? make_recorded_poses(file, setup, *ground) : make_flight(file, setup, *ground);
+    auto source =
+        setup.model == "poses" ? make_recorded_poses(file, setup, *ground) : make_flight(file, setup, *ground);
     if (!source) return fail(source.error().kind, fmt::format("vehicle {}: {}", name, source.error().message));
     run.vehicles_.push_back({name, std::move(*source)});
     for (const auto& [sensor_name, sensor] : setup.sensors) {
@@ -63,59 +68,70 @@ Result<Run> Run::prepare(const RunFile& file) {
 }
 
 render::RenderOptions Run::render_options(const PreparedSensor& sensor) const {
-  return {.quality = file_.quality, .geometry_tolerance_px = file_.geometry_tolerance_px, .off_map = sensor.setup.off_map, .fill_value = sensor.setup.fill_value};
+  return {.quality = file_.quality,
+          .geometry_tolerance_px = file_.geometry_tolerance_px,
+          .off_map = sensor.setup.off_map,
+          .fill_value = sensor.setup.fill_value};
 }
 
-render::CameraPose camera_pose(const VehicleState& state, const PreparedSensor& sensor) { return state.ecef_from_body * sensor.body_from_camera; }
+render::CameraPose camera_pose(const VehicleState& state, const PreparedSensor& sensor) {
+  return state.ecef_from_body * sensor.body_from_camera;
+}
 
-Result<RunSummary> Run::execute(render::Renderer& renderer, std::span<Sink* const> sinks, bool render_frames, double pace) {
+Result<RunSummary> Run::execute(render::Renderer& renderer, std::span<Sink* const> sinks, bool render_frames,
+                                double pace) {
   Scheduler scheduler;
   RunSummary summary;
   for (const PreparedVehicle& vehicle : vehicles_) {
     vehicle.source->schedule(scheduler);
-    scheduler.add(Scheduler::Stage::Observe, file_.telemetry_rate, [&, &vehicle = vehicle](std::int64_t time_ns) -> Result<void> {
-      const auto state = vehicle.source->state_at(time_ns);
-      if (!state) return fail(state);
-      for (Sink* sink : sinks)
-        if (auto ok = sink->on_state(vehicle.name, *state); !ok) return ok;
-      return {};
-    });
+    scheduler.add(Scheduler::Stage::Observe, file_.telemetry_rate,
+                  [&, &vehicle = vehicle](std::int64_t time_ns) -> Result<void> {
+                    const auto state = vehicle.source->state_at(time_ns);
+                    if (!state) return fail(state);
+                    for (Sink* sink : sinks)
+                      if (auto ok = sink->on_state(vehicle.name, *state); !ok) return ok;
+                    return {};
+                  });
   }
   for (const PreparedSensor& sensor : sensors_) {
     const PoseSource* source = nullptr;
     for (const PreparedVehicle& vehicle : vehicles_)
       if (vehicle.name == sensor.vehicle) source = vehicle.source.get();
-    scheduler.add(Scheduler::Stage::Observe, sensor.setup.rate, [&, source, first = true](std::int64_t time_ns) mutable -> Result<void> {
-      const auto state = source->state_at(time_ns);
-      if (!state) return fail(state);
-      std::optional<render::Frame> frame;
-      std::string rejected;
-      if (render_frames) {
-        render::RenderOptions options = render_options(sensor);
-        options.explain = first;
-        auto rendered = renderer.render(sensor.scene, sensor.camera, camera_pose(*state, sensor), options);
-        if (!rendered && rendered.error().kind != Error::Kind::OutsideMap)
-          return fail(rendered.error().kind, fmt::format("sensor {} at {} ns: {}", sensor.name, time_ns, rendered.error().message));
-        if (rendered) {
-          if (first) {
-            for (const auto& line : rendered->explanation().done) summary.plan_done.push_back(line);
-            for (const auto& line : rendered->explanation().left_out) summary.plan_left_out.push_back(line);
+    scheduler.add(
+        Scheduler::Stage::Observe, sensor.setup.rate,
+        [&, source, first = true](std::int64_t time_ns) mutable -> Result<void> {
+          const auto state = source->state_at(time_ns);
+          if (!state) return fail(state);
+          std::optional<render::Frame> frame;
+          std::string rejected;
+          if (render_frames) {
+            render::RenderOptions options = render_options(sensor);
+            options.explain = first;
+            auto rendered = renderer.render(sensor.scene, sensor.camera, camera_pose(*state, sensor), options);
+            if (!rendered && rendered.error().kind != Error::Kind::OutsideMap)
+              return fail(rendered.error().kind,
+                          fmt::format("sensor {} at {} ns: {}", sensor.name, time_ns, rendered.error().message));
+            if (rendered) {
+              if (first) {
+                for (const auto& line : rendered->explanation().done) summary.plan_done.push_back(line);
+                for (const auto& line : rendered->explanation().left_out) summary.plan_left_out.push_back(line);
+              }
+              first = false;
+              ++summary.frames;
+              frame = std::move(*rendered);
+            } else {
+              ++summary.rejected;
+              rejected = rendered.error().message;
+            }
           }
-          first = false;
-          ++summary.frames;
-          frame = std::move(*rendered);
-        } else {
-          ++summary.rejected;
-          rejected = rendered.error().message;
-        }
-      }
-      const render::ExactChain chain(sensor.camera, camera_pose(*state, sensor), sensor.scene.surface());
-      const render::Truth truth = frame ? frame->truth() : render::geometric_truth(chain, sensor.scene.layers().front().source->map());
-      const FrameEvent event{sensor.vehicle, sensor.name, *state, frame ? &*frame : nullptr, truth, rejected};
-      for (Sink* sink : sinks)
-        if (auto ok = sink->on_frame(event); !ok) return ok;
-      return {};
-    });
+          const render::ExactChain chain(sensor.camera, camera_pose(*state, sensor), sensor.scene.surface());
+          const render::Truth truth =
+              frame ? frame->truth() : render::geometric_truth(chain, sensor.scene.layers().front().source->map());
+          const FrameEvent event{sensor.vehicle, sensor.name, *state, frame ? &*frame : nullptr, truth, rejected};
+          for (Sink* sink : sinks)
+            if (auto ok = sink->on_frame(event); !ok) return ok;
+          return {};
+        });
   }
   const auto start = std::chrono::steady_clock::now();
   auto done = scheduler.run(file_.duration_ns, pace);

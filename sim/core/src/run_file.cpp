@@ -6,6 +6,7 @@
 #include <array>
 #include <cctype>
 #include <cmath>
+#include <regex>
 
 #include "nadir/base/files.h"
 #include "nadir/base/text.h"
@@ -29,7 +30,9 @@ std::optional<T> parsed(const YamlMap& map, std::string_view key, Parse&& parse)
   return text ? map.value_of<T>(key, parse(*text)) : std::nullopt;
 }
 
-void take_height(const YamlMap& map, std::string_view key, TypedHeight& out) { take(parsed<TypedHeight>(map, key, geodesy::parse_height), out); }
+void take_height(const YamlMap& map, std::string_view key, TypedHeight& out) {
+  take(parsed<TypedHeight>(map, key, geodesy::parse_height), out);
+}
 
 void take_positive(const YamlMap& map, std::string_view key, double& out) {
   const auto value = map.number(key);
@@ -39,7 +42,8 @@ void take_positive(const YamlMap& map, std::string_view key, double& out) {
 
 /// Names become folders and file names.
 void check_name(const YamlMap& parent, const std::string& name) {
-  const bool plain = std::all_of(name.begin(), name.end(), [](unsigned char c) { return std::isalnum(c) || c == '_' || c == '-'; });
+  const bool plain =
+      std::all_of(name.begin(), name.end(), [](unsigned char c) { return std::isalnum(c) || c == '_' || c == '-'; });
   if (!plain) parent.fault(name, "expected a name of letters, digits, '_' and '-': it becomes a folder");
 }
 
@@ -75,7 +79,8 @@ SceneSetup read_scene(const YamlMap& yaml) {
     if (std::abs(scene.origin->lon_deg) > 360) origin->fault("lon_deg", "expected a longitude of at most 360 degrees");
   }
   take_height(yaml, "ground", scene.ground);
-  if (scene.ground.datum == HeightDatum::Agl) yaml.fault("ground", "expected a height above the ellipsoid or msl: it is the ground");
+  if (scene.ground.datum == HeightDatum::Agl)
+    yaml.fault("ground", "expected a height above the ellipsoid or msl: it is the ground");
   const auto surface = yaml.text("surface");
   if (surface && *surface != "plane") yaml.fault("surface", fmt::format("expected plane, found '{}'", *surface));
   yaml.require("layers");
@@ -85,7 +90,8 @@ SceneSetup read_scene(const YamlMap& yaml) {
 }
 
 void read_mount(const YamlMap& yaml, SensorSetup& sensor) {
-  static constexpr std::array<const char*, 3> position = {"x_m", "y_m", "z_m"}, angles = {"yaw_deg", "pitch_deg", "roll_deg"};
+  static constexpr std::array<const char*, 3> position = {"x_m", "y_m", "z_m"},
+                                              angles = {"yaw_deg", "pitch_deg", "roll_deg"};
   for (std::size_t i = 0; i < 3; ++i) {
     take(yaml.number(position[i]), sensor.mount_position_m[i]);
     take(yaml.number(angles[i]), sensor.mount_yaw_pitch_roll_deg[i]);
@@ -105,7 +111,8 @@ SensorSetup read_sensor(const YamlMap& yaml, const SceneSetup& scene) {
   std::vector<std::string_view> layers;
   for (const auto& [name, map] : scene.layers) layers.push_back(name);
   if (const auto layer = yaml.text("layer")) {
-    if (std::find(layers.begin(), layers.end(), *layer) == layers.end()) yaml.fault("layer", fmt::format("no layer '{}' in the scene{}", *layer, suggestion(*layer, layers)));
+    if (std::find(layers.begin(), layers.end(), *layer) == layers.end())
+      yaml.fault("layer", fmt::format("no layer '{}' in the scene{}", *layer, suggestion(*layer, layers)));
     sensor.layer = *layer;
   }
   take(yaml.text("camera"), sensor.camera);
@@ -171,7 +178,8 @@ void read_record(const YamlMap& yaml, RunFile& run) {
   take(yaml.flag("frames"), run.record_frames);
   if (const auto telemetry = yaml.text("telemetry")) {
     run.record_telemetry = *telemetry == "csv";
-    if (*telemetry != "csv" && *telemetry != "none") yaml.fault("telemetry", fmt::format("expected csv or none, found '{}'", *telemetry));
+    if (*telemetry != "csv" && *telemetry != "none")
+      yaml.fault("telemetry", fmt::format("expected csv or none, found '{}'", *telemetry));
   }
   take_rate(yaml, "telemetry_rate_hz", run.telemetry_rate, run.telemetry_rate_text);
   take(yaml.flag("report"), run.record_report);
@@ -185,6 +193,10 @@ void read_run(const YamlMap& yaml, RunFile& run) {
     run.seed = static_cast<std::uint64_t>(*seed);
   }
   take(yaml.text("epoch_utc"), run.epoch_utc);
+  static const std::regex utc(
+      R"(\d{4}-(0[1-9]|1[0-2])-(0[1-9]|[12]\d|3[01])T([01]\d|2[0-3]):[0-5]\d:([0-5]\d|60)(\.\d{1,9})?Z)");
+  if (!std::regex_match(run.epoch_utc, utc))
+    yaml.fault("epoch_utc", fmt::format("expected a time such as 2026-06-21T10:00:00Z, found '{}'", run.epoch_utc));
   if (const auto duration = parsed<std::int64_t>(yaml, "duration_s", parse_seconds_as_ns)) {
     if (*duration <= 0) yaml.fault("duration_s", "expected a positive time");
     run.duration_ns = *duration;
@@ -194,7 +206,8 @@ void read_run(const YamlMap& yaml, RunFile& run) {
   if (const auto environment = yaml.map("environment")) {
     if (const auto earth = environment->text("earth")) {
       run.flat_earth = *earth == "flat";
-      if (*earth != "flat" && *earth != "wgs84") environment->fault("earth", fmt::format("expected wgs84 or flat, found '{}'", *earth));
+      if (*earth != "flat" && *earth != "wgs84")
+        environment->fault("earth", fmt::format("expected wgs84 or flat, found '{}'", *earth));
     }
     if (const auto wind = environment->map("wind")) {
       take(wind->number("north_mps"), run.wind_north_mps);
@@ -212,10 +225,13 @@ void read_run(const YamlMap& yaml, RunFile& run) {
       check_name(*vehicles, name);
       run.vehicles.emplace_back(name, read_vehicle(entry, run.scene));
     }
+  if (yaml.has("vehicles") && run.vehicles.empty()) yaml.fault("vehicles", "expected at least one vehicle");
   if (const auto record = yaml.map("record")) read_record(*record, run);
 }
 
-std::string height_text(const TypedHeight& height) { return fmt::format("{} {}", height.value_m, geodesy::to_string(height.datum)); }
+std::string height_text(const TypedHeight& height) {
+  return fmt::format("{} {}", height.value_m, geodesy::to_string(height.datum));
+}
 
 std::string map_text(const RunFile& run, const MapSetup& map) {
   std::string text = "{map: " + yaml_quoted(run.resolve(map.map).string());
@@ -231,9 +247,11 @@ std::string map_text(const RunFile& run, const MapSetup& map) {
 
 std::string sensor_text(const RunFile& run, const SensorSetup& sensor) {
   const auto &p = sensor.mount_position_m, &a = sensor.mount_yaw_pitch_roll_deg;
-  std::string text = fmt::format("{{layer: {}, camera: {}, rate_hz: {},\n        mount: {{x_m: {}, y_m: {}, z_m: {}, yaw_deg: {}, pitch_deg: {}, roll_deg: {}}},\n        off_map: {}",
-                                 yaml_quoted(sensor.layer), yaml_quoted(run.resolve(sensor.camera).string()), sensor.rate_text, p[0], p[1], p[2], a[0], a[1], a[2],
-                                 render::to_string(sensor.off_map));
+  std::string text = fmt::format(
+      "{{layer: {}, camera: {}, rate_hz: {},\n        mount: {{x_m: {}, y_m: {}, z_m: {}, yaw_deg: {}, pitch_deg: {}, "
+      "roll_deg: {}}},\n        off_map: {}",
+      yaml_quoted(sensor.layer), yaml_quoted(run.resolve(sensor.camera).string()), sensor.rate_text, p[0], p[1], p[2],
+      a[0], a[1], a[2], render::to_string(sensor.off_map));
   if (sensor.off_map == render::OffMap::Fill) text += fmt::format(", fill_value: {}", sensor.fill_value);
   if (sensor.output) text += fmt::format(", output: {}", tile::to_string(*sensor.output));
   if (sensor.range) text += fmt::format(", range: [{}, {}]", sensor.range->first, sensor.range->second);
@@ -245,14 +263,19 @@ std::string vehicle_text(const RunFile& run, const VehicleSetup& vehicle) {
   if (vehicle.model == "poses") {
     text += fmt::format("    poses: {}\n", yaml_quoted(run.resolve(vehicle.poses).string()));
   } else {
-    text += fmt::format("    start: {{north_m: {}, east_m: {}, height: {}, yaw_deg: {}, airspeed_mps: {}}}\n", vehicle.start.north_m, vehicle.start.east_m,
-                        height_text(vehicle.start.height), vehicle.yaw_deg, vehicle.airspeed_mps);
-    text += fmt::format("    turn_radius_m: {}\n    repeat_mission: {}\n", vehicle.turn_radius_m, vehicle.repeat_mission);
+    text += fmt::format("    start: {{north_m: {}, east_m: {}, height: {}, yaw_deg: {}, airspeed_mps: {}}}\n",
+                        vehicle.start.north_m, vehicle.start.east_m, height_text(vehicle.start.height), vehicle.yaw_deg,
+                        vehicle.airspeed_mps);
+    text +=
+        fmt::format("    turn_radius_m: {}\n    repeat_mission: {}\n", vehicle.turn_radius_m, vehicle.repeat_mission);
     if (!vehicle.mission.empty()) text += "    mission:\n";
-    for (const WaypointSetup& w : vehicle.mission) text += fmt::format("      - {{north_m: {}, east_m: {}, height: {}}}\n", w.north_m, w.east_m, height_text(w.height));
+    for (const WaypointSetup& w : vehicle.mission)
+      text +=
+          fmt::format("      - {{north_m: {}, east_m: {}, height: {}}}\n", w.north_m, w.east_m, height_text(w.height));
   }
   if (!vehicle.sensors.empty()) text += "    sensors:\n";
-  for (const auto& [name, sensor] : vehicle.sensors) text += fmt::format("      {}: {}\n", yaml_quoted(name), sensor_text(run, sensor));
+  for (const auto& [name, sensor] : vehicle.sensors)
+    text += fmt::format("      {}: {}\n", yaml_quoted(name), sensor_text(run, sensor));
   return text;
 }
 
@@ -276,19 +299,27 @@ Result<RunFile> read_run_file(const std::filesystem::path& path) {
 }
 
 std::string to_yaml(const RunFile& run) {
-  std::string text = fmt::format("seed: {}\nepoch_utc: {}\nduration_s: {}\n", run.seed, yaml_quoted(run.epoch_utc), run.duration_text);
+  std::string text =
+      fmt::format("seed: {}\nepoch_utc: {}\nduration_s: {}\n", run.seed, yaml_quoted(run.epoch_utc), run.duration_text);
   text += "scene:\n";
-  if (run.scene.origin) text += fmt::format("  origin: {{lat_deg: {}, lon_deg: {}, height: {}}}\n", run.scene.origin->lat_deg, run.scene.origin->lon_deg, height_text(run.scene.origin->height));
+  if (run.scene.origin)
+    text += fmt::format("  origin: {{lat_deg: {}, lon_deg: {}, height: {}}}\n", run.scene.origin->lat_deg,
+                        run.scene.origin->lon_deg, height_text(run.scene.origin->height));
   text += fmt::format("  surface: plane\n  ground: {}\n  layers:\n", height_text(run.scene.ground));
-  for (const auto& [name, map] : run.scene.layers) text += fmt::format("    {}: {}\n", yaml_quoted(name), map_text(run, map));
+  for (const auto& [name, map] : run.scene.layers)
+    text += fmt::format("    {}: {}\n", yaml_quoted(name), map_text(run, map));
   if (!run.scene.onboard.empty()) text += "  onboard:\n";
-  for (const auto& [name, map] : run.scene.onboard) text += fmt::format("    {}: {}\n", yaml_quoted(name), map_text(run, map));
-  text += fmt::format("environment:\n  earth: {}\n  wind: {{north_mps: {}, east_mps: {}, down_mps: {}}}\n", run.flat_earth ? "flat" : "wgs84", run.wind_north_mps,
-                      run.wind_east_mps, run.wind_down_mps);
-  text += fmt::format("render: {{quality: {}, geometry_tolerance_px: {}}}\nvehicles:\n", render::to_string(run.quality), run.geometry_tolerance_px);
-  for (const auto& [name, vehicle] : run.vehicles) text += fmt::format("  {}:\n{}", yaml_quoted(name), vehicle_text(run, vehicle));
-  text += fmt::format("record: {{frames: {}, telemetry: {}, telemetry_rate_hz: {}, report: {}, truth_rows: {}}}\n", run.record_frames, run.record_telemetry ? "csv" : "none",
-                      run.telemetry_rate_text, run.record_report, run.record_truth_rows);
+  for (const auto& [name, map] : run.scene.onboard)
+    text += fmt::format("    {}: {}\n", yaml_quoted(name), map_text(run, map));
+  text += fmt::format("environment:\n  earth: {}\n  wind: {{north_mps: {}, east_mps: {}, down_mps: {}}}\n",
+                      run.flat_earth ? "flat" : "wgs84", run.wind_north_mps, run.wind_east_mps, run.wind_down_mps);
+  text += fmt::format("render: {{quality: {}, geometry_tolerance_px: {}}}\nvehicles:\n", render::to_string(run.quality),
+                      run.geometry_tolerance_px);
+  for (const auto& [name, vehicle] : run.vehicles)
+    text += fmt::format("  {}:\n{}", yaml_quoted(name), vehicle_text(run, vehicle));
+  text += fmt::format("record: {{frames: {}, telemetry: {}, telemetry_rate_hz: {}, report: {}, truth_rows: {}}}\n",
+                      run.record_frames, run.record_telemetry ? "csv" : "none", run.telemetry_rate_text,
+                      run.record_report, run.record_truth_rows);
   return text;
 }
 

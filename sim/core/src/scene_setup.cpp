@@ -6,7 +6,8 @@
 
 namespace nadir::sim {
 
-Result<render::LayerOptions> layer_options(const tile::Map& map, const MapSetup& setup, std::optional<tile::SampleType> output,
+Result<render::LayerOptions> layer_options(const tile::Map& map, const MapSetup& setup,
+                                           std::optional<tile::SampleType> output,
                                            const std::optional<std::pair<double, double>>& range) {
   render::LayerOptions options;
   if (setup.role) {
@@ -35,8 +36,11 @@ Result<render::LayerOptions> layer_options(const tile::Map& map, const MapSetup&
   } else if (scaled.type != tile::SampleType::Float32) {
     const auto natural = render::natural_output(*own_type);
     if (!natural)
-      return fail(Error::Kind::Malformed, fmt::format("{}: output {} of a map of {} needs a range: the map values that become the darkest and the brightest",
-                                                      map.description().path, tile::to_string(scaled.type), tile::to_string(*own_type)));
+      return fail(
+          Error::Kind::Malformed,
+          fmt::format(
+              "{}: output {} of a map of {} needs a range: the map values that become the darkest and the brightest",
+              map.description().path, tile::to_string(scaled.type), tile::to_string(*own_type)));
     scaled.low = natural->low;
     scaled.high = natural->high;
   }
@@ -44,8 +48,10 @@ Result<render::LayerOptions> layer_options(const tile::Map& map, const MapSetup&
   return options;
 }
 
-Result<render::Plane> ground_plane(const std::optional<OriginSetup>& origin, const geodesy::TypedHeight& ground, const tile::Map& first_map) {
-  geodesy::Geodetic place = origin ? geodesy::Geodetic::degrees(origin->lat_deg, origin->lon_deg, 0) : first_map.center();
+Result<render::Plane> ground_plane(const std::optional<OriginSetup>& origin, const geodesy::TypedHeight& ground,
+                                   const tile::Map& first_map) {
+  geodesy::Geodetic place =
+      origin ? geodesy::Geodetic::degrees(origin->lat_deg, origin->lon_deg, 0) : first_map.center();
   const auto ground_m = geodesy::ellipsoidal_height_m(ground, place.lat_rad, place.lon_rad, 0);
   if (!ground_m) return fail(ground_m);
   place.height_m = *ground_m;

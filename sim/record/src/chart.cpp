@@ -82,7 +82,8 @@ Axis axis_over(Range range, double margin, double wanted_ticks) {
   const Step step(span, wanted_ticks);
   const double reach = std::max(std::abs(axis.low), std::abs(axis.high));
   // 4 × 10⁹ where zeros would fill the label, and 1780000010 where all its digits count
-  if (step.exponent >= 5 || reach >= 1e12 || reach < 1e-3) axis.power = 3 * static_cast<int>(std::floor(std::log10(reach) / 3));
+  if (step.exponent >= 5 || reach >= 1e12 || reach < 1e-3)
+    axis.power = 3 * static_cast<int>(std::floor(std::log10(reach) / 3));
   axis.decimals = std::max(0, axis.power - step.exponent - (step.factor == 10));
   const double first = std::ceil(axis.low / step.times(1) - 1e-6), last = std::floor(axis.high / step.times(1) + 1e-6);
   for (double i = first; i <= last; ++i) axis.ticks.push_back({step.times(i), axis.number(step.times(i), 0)});
@@ -91,7 +92,8 @@ Axis axis_over(Range range, double margin, double wanted_ticks) {
 
 std::size_t longest_label(const Axis& axis) {
   std::size_t longest = 0;  // a minus takes three bytes and one place
-  for (const Tick& tick : axis.ticks) longest = std::max(longest, tick.label.size() - (tick.label.starts_with("−") ? 2 : 0));
+  for (const Tick& tick : axis.ticks)
+    longest = std::max(longest, tick.label.size() - (tick.label.starts_with("−") ? 2 : 0));
   return longest;
 }
 
@@ -132,18 +134,24 @@ std::string figure(const Frame& frame) {
   std::string out;
   const auto to = std::back_inserter(out);
   fmt::format_to(to, "<figure class=\"item chart\"><figcaption><h3>{}</h3>", escaped(frame.title));
-  fmt::format_to(to, "<ul class=\"legend\">{}</ul><p class=\"label\">{}</p></figcaption>\n", frame.legend, with_power(frame.y_label, frame.y));
-  fmt::format_to(to, "<svg class=\"plot\" style=\"--left:{}ch\" role=\"img\" aria-label=\"{}\"", std::min<std::size_t>(longest_label(frame.y), 20) + 1, escaped(frame.title));
-  fmt::format_to(to, " data-x=\"{} {} {} {}\" data-y=\"{} {} {} {}\">\n", frame.x.low, frame.x.high, frame.x.power, frame.x.decimals, frame.y.low,
-                 frame.y.high, frame.y.power, frame.y.decimals);
+  fmt::format_to(to, "<ul class=\"legend\">{}</ul><p class=\"label\">{}</p></figcaption>\n", frame.legend,
+                 with_power(frame.y_label, frame.y));
+  fmt::format_to(to, "<svg class=\"plot\" style=\"--left:{}ch\" role=\"img\" aria-label=\"{}\"",
+                 std::min<std::size_t>(longest_label(frame.y), 20) + 1, escaped(frame.title));
+  fmt::format_to(to, " data-x=\"{} {} {} {}\" data-y=\"{} {} {} {}\">\n", frame.x.low, frame.x.high, frame.x.power,
+                 frame.x.decimals, frame.y.low, frame.y.high, frame.y.power, frame.y.decimals);
   for (const Tick& tick : frame.x.ticks) {
     const std::string at = percent(frame.x.fraction(tick.value));
-    fmt::format_to(to, "<line class=\"rule\" x1=\"{0}\" x2=\"{0}\" y1=\"0\" y2=\"100%\"/><text x=\"{0}\" y=\"100%\" dy=\"17\" text-anchor=\"middle\">{1}</text>\n",
+    fmt::format_to(to,
+                   "<line class=\"rule\" x1=\"{0}\" x2=\"{0}\" y1=\"0\" y2=\"100%\"/><text x=\"{0}\" y=\"100%\" "
+                   "dy=\"17\" text-anchor=\"middle\">{1}</text>\n",
                    at, tick.label);
   }
   for (const Tick& tick : frame.y.ticks) {
     const std::string at = percent(1 - frame.y.fraction(tick.value));
-    fmt::format_to(to, "<line class=\"rule\" y1=\"{0}\" y2=\"{0}\" x1=\"0\" x2=\"100%\"/><text x=\"0\" y=\"{0}\" dx=\"-7\" dy=\"4\" text-anchor=\"end\">{1}</text>\n",
+    fmt::format_to(to,
+                   "<line class=\"rule\" y1=\"{0}\" y2=\"{0}\" x1=\"0\" x2=\"100%\"/><text x=\"0\" y=\"{0}\" dx=\"-7\" "
+                   "dy=\"4\" text-anchor=\"end\">{1}</text>\n",
                    at, tick.label);
   }
   out += "<line class=\"axis\" x1=\"0\" x2=\"100%\" y1=\"100%\" y2=\"100%\"/>\n";
@@ -154,7 +162,8 @@ std::string figure(const Frame& frame) {
   return out;
 }
 
-constexpr const char* open_lines = "<svg class=\"lines\" width=\"100%\" height=\"100%\" viewBox=\"0 0 1000 1000\" preserveAspectRatio=\"none\">\n";
+constexpr const char* open_lines =
+    "<svg class=\"lines\" width=\"100%\" height=\"100%\" viewBox=\"0 0 1000 1000\" preserveAspectRatio=\"none\">\n";
 
 /// Which of the points are drawn: the first, least, greatest and last of each stretch. A line drawn through them
 /// covers the same pixels as the line through all. Jugel et al., M4: A Visualization-Oriented Time Series Data
@@ -192,7 +201,8 @@ PathData path_data(const Series& series, const Axis& x, const Axis& y) {
   PathData out;
   for (std::size_t k = 0; k < kept.size(); ++k) {
     const ChartPoint& point = series.points[kept[k]];
-    const std::string place = short_number(units * x.fraction(point.x)) + ' ' + short_number(units * (1 - y.fraction(point.y)));
+    const std::string place =
+        short_number(units * x.fraction(point.x)) + ' ' + short_number(units * (1 - y.fraction(point.y)));
     out.line += (joined(k) ? ' ' : 'M') + place;
     if (!joined(k) && !joined(k + 1)) out.dots += 'M' + place + "h0";  // seen by its round ends
   }
@@ -225,24 +235,35 @@ std::string chart_figure(const Chart& chart) {
   for (const ReferenceLine& line : chart.references)
     if (drawable(line.y) && !empty) y_range.include(line.y);
 
-  Frame frame{.title = chart.title, .y_label = chart.y_label, .x_label = chart.x_label, .legend = {}, .data = {},
-              .x = axis_below(x_range), .y = axis_over(y_range, 0.06, 5), .empty = empty};
-  if (infinite > 0) frame.note = fmt::format("{} {} infinite or beyond 1e290 and not drawn.", infinite, infinite == 1 ? "value is" : "values are");
+  Frame frame{.title = chart.title,
+              .y_label = chart.y_label,
+              .x_label = chart.x_label,
+              .legend = {},
+              .data = {},
+              .x = axis_below(x_range),
+              .y = axis_over(y_range, 0.06, 5),
+              .empty = empty};
+  if (infinite > 0)
+    frame.note = fmt::format("{} {} infinite or beyond 1e290 and not drawn.", infinite,
+                             infinite == 1 ? "value is" : "values are");
 
   std::string references;
   for (const ReferenceLine& line : chart.references) {
     if (!drawable(line.y) || empty) continue;
     const double at = 1 - frame.y.fraction(line.y);
     frame.data += fmt::format("<line class=\"reference\" x1=\"0\" x2=\"100%\" y1=\"{0}\" y2=\"{0}\"/>\n", percent(at));
-    references += fmt::format("<text class=\"reference\" x=\"100%\" y=\"{}\" dx=\"-4\" dy=\"{}\" text-anchor=\"end\">{}</text>\n", percent(at),
-                              at < 0.1 ? 14 : -5, escaped(line.name));
+    references +=
+        fmt::format("<text class=\"reference\" x=\"100%\" y=\"{}\" dx=\"-4\" dy=\"{}\" text-anchor=\"end\">{}</text>\n",
+                    percent(at), at < 0.1 ? 14 : -5, escaped(line.name));
   }
   frame.data += open_lines;
   for (std::size_t i = 0; i < chart.series.size(); ++i) {
     const Series& series = chart.series[i];
-    const bool nothing = std::none_of(series.points.begin(), series.points.end(), [](const ChartPoint& p) { return drawable(p); });
+    const bool nothing =
+        std::none_of(series.points.begin(), series.points.end(), [](const ChartPoint& p) { return drawable(p); });
     const std::string style = style_of(i, series.dashed);
-    frame.legend += fmt::format("<li class=\"{}\"><i></i>{}{}<output></output></li>", style, escaped(series.name), nothing ? " (no data)" : "");
+    frame.legend += fmt::format("<li class=\"{}\"><i></i>{}{}<output></output></li>", style, escaped(series.name),
+                                nothing ? " (no data)" : "");
     const PathData path = path_data(series, frame.x, frame.y);
     frame.data += fmt::format("<path class=\"line {}\" d=\"{}\"/>\n", style, path.line);
     if (!path.dots.empty()) frame.data += fmt::format("<path class=\"dots {}\" d=\"{}\"/>\n", style, path.dots);
@@ -253,12 +274,20 @@ std::string chart_figure(const Chart& chart) {
 
 std::string histogram_figure(const Histogram& histogram) {
   std::vector<double> sorted;
-  std::copy_if(histogram.values.begin(), histogram.values.end(), std::back_inserter(sorted), [](double v) { return drawable(v); });
+  std::copy_if(histogram.values.begin(), histogram.values.end(), std::back_inserter(sorted),
+               [](double v) { return drawable(v); });
   std::sort(sorted.begin(), sorted.end());
-  Frame frame{.title = histogram.title, .y_label = histogram.counted, .x_label = histogram.x_label, .legend = {}, .data = {},
-              .x = axis_below({}), .y = axis_over({}, 0, 4), .empty = sorted.empty()};
+  Frame frame{.title = histogram.title,
+              .y_label = histogram.counted,
+              .x_label = histogram.x_label,
+              .legend = {},
+              .data = {},
+              .x = axis_below({}),
+              .y = axis_over({}, 0, 4),
+              .empty = sorted.empty()};
   const std::size_t left_out = histogram.values.size() - sorted.size();
-  if (left_out > 0) frame.note = fmt::format("{} of {} values are not finite and not counted.", left_out, histogram.values.size());
+  if (left_out > 0)
+    frame.note = fmt::format("{} of {} values are not finite and not counted.", left_out, histogram.values.size());
   if (sorted.empty()) return figure(frame);
 
   // Bars of a round width up to the last value, or to the 99th percentile where the rest lies far beyond
@@ -273,8 +302,10 @@ std::string histogram_figure(const Histogram& histogram) {
   std::vector<std::size_t> bars(static_cast<std::size_t>(bar_of(last)) + 1, 0);
   std::size_t tail = 0;
   for (const double value : sorted) {
-    if (bar_of(value) < static_cast<double>(bars.size())) ++bars[static_cast<std::size_t>(bar_of(value))];
-    else ++tail;
+    if (bar_of(value) < static_cast<double>(bars.size()))
+      ++bars[static_cast<std::size_t>(bar_of(value))];
+    else
+      ++tail;
   }
   const double begin = step.times(first_bar), end = step.times(first_bar + static_cast<double>(bars.size()));
 
@@ -296,13 +327,16 @@ std::string histogram_figure(const Histogram& histogram) {
   frame.data = open_lines;
   const auto bar = [&](double from, double to, std::size_t count, const std::string& what) {
     if (count == 0) return;
-    const double left = units * frame.x.fraction(from), top = units * (1 - frame.y.fraction(static_cast<double>(count)));
-    frame.data += fmt::format("<rect class=\"bar\" x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\"><title>{}: {} {}</title></rect>\n", short_number(left),
-                              short_number(top), short_number(units * frame.x.fraction(to) - left), short_number(units - top), what, count,
-                              escaped(histogram.counted));
+    const double left = units * frame.x.fraction(from),
+                 top = units * (1 - frame.y.fraction(static_cast<double>(count)));
+    frame.data += fmt::format(
+        "<rect class=\"bar\" x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\"><title>{}: {} {}</title></rect>\n",
+        short_number(left), short_number(top), short_number(units * frame.x.fraction(to) - left),
+        short_number(units - top), what, count, escaped(histogram.counted));
   };
   for (std::size_t i = 0; i < bars.size(); ++i) {
-    const double from = step.times(first_bar + static_cast<double>(i)), to = step.times(first_bar + static_cast<double>(i + 1));
+    const double from = step.times(first_bar + static_cast<double>(i)),
+                 to = step.times(first_bar + static_cast<double>(i + 1));
     bar(from, to, bars[i], fmt::format("{} to {}", frame.x.number(from, 2), frame.x.number(to, 2)));
   }
   bar(end + width, end + 3 * width, tail, fmt::format("{} to {}", frame.x.number(end, 2), frame.x.number(high, 2)));
@@ -320,7 +354,8 @@ std::string histogram_figure(const Histogram& histogram) {
   frame.legend += fmt::format("<li>largest {}</li>", frame.x.number(high, 2));
   frame.data += "</svg>\n";
   if (tail > 0)
-    frame.data += fmt::format("<text class=\"tail\" x=\"{}\" y=\"100%\" dy=\"17\" text-anchor=\"middle\">more</text>\n", percent(frame.x.fraction(end + 2 * width)));
+    frame.data += fmt::format("<text class=\"tail\" x=\"{}\" y=\"100%\" dy=\"17\" text-anchor=\"middle\">more</text>\n",
+                              percent(frame.x.fraction(end + 2 * width)));
   return figure(frame);
 }
 

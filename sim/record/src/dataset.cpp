@@ -20,34 +20,53 @@ bool fits_png(const render::FrameLayer& layer) {
   return (layer.type == tile::SampleType::UInt8 || layer.type == tile::SampleType::UInt16) && layer.bands <= 4;
 }
 
-Result<std::string> write_layer(const ImageFiles& images, const fs::path& folder, const render::FrameLayer& layer, FrameFile file, bool mask) {
+Result<std::string> write_layer(const ImageFiles& images, const fs::path& folder, const render::FrameLayer& layer,
+                                FrameFile file, bool mask) {
   const std::string stem = fmt::format("frames/{}/{}/{:015}", file.vehicle, file.sensor, file.time_ns);
   file.file = stem + (fits_png(layer) ? ".png" : ".tif");
-  if (auto ok = images.write(folder / file.file, {layer.samples.data(), layer.type, layer.width, layer.height, layer.bands}); !ok) return fail(ok);
+  if (auto ok =
+          images.write(folder / file.file, {layer.samples.data(), layer.type, layer.width, layer.height, layer.bands});
+      !ok)
+    return fail(ok);
   if (mask && layer.truth.valid_fraction < 1) {
     std::vector<std::uint8_t> grey(layer.validity.size());
-    std::transform(layer.validity.begin(), layer.validity.end(), grey.begin(), [](std::uint8_t v) { return v ? 255 : 0; });
+    std::transform(layer.validity.begin(), layer.validity.end(), grey.begin(),
+                   [](std::uint8_t v) { return v ? 255 : 0; });
     file.mask_file = stem + ".mask.png";
-    if (auto ok = images.write(folder / file.mask_file, {grey.data(), tile::SampleType::UInt8, layer.width, layer.height, 1}); !ok) return fail(ok);
+    if (auto ok =
+            images.write(folder / file.mask_file, {grey.data(), tile::SampleType::UInt8, layer.width, layer.height, 1});
+        !ok)
+      return fail(ok);
   }
   return frame_record(file, layer) + "\n";
 }
 
 }  // namespace
 
-Result<Dataset> Dataset::create(const fs::path& folder, bool force) {
-  if (auto ok = refuse_to_overwrite(folder, force); !ok) return fail(ok);
+Result<void> clear_dataset(const fs::path& folder, bool force) {
+  if (auto ok = refuse_to_overwrite(folder, force); !ok) return ok;
   std::error_code error;
-  if (fs::exists(folder / "frames.jsonl", error)) {
-    for (const char* name : {"frames", "telemetry", "truth_rows"}) fs::remove_all(folder / name, error);
-    fs::remove(folder / "frames.jsonl", error);
-  }
+  if (!fs::exists(folder / "frames.jsonl", error)) return {};  // somebody else's files stay
+  for (const char* name :
+       {"frames", "telemetry", "truth_rows", "pictures", "camera", "frames.jsonl", "report.html", "run.yaml"})
+    fs::remove_all(folder / name, error);
+  return {};
+}
+
+Result<Dataset> Dataset::create(const fs::path& folder, bool force) {
+  if (auto ok = clear_dataset(folder, force); !ok) return fail(ok);
+  std::error_code error;
   fs::create_directories(folder, error);
-  if (error) return fail(Error::Kind::Io, fmt::format("{}: cannot make this folder: {}; choose another place", folder.string(), error.message()));
+  if (error)
+    return fail(Error::Kind::Io,
+                fmt::format("{}: cannot make this folder: {}; choose another place", folder.string(), error.message()));
   Dataset dataset(folder);
   dataset.records_.reset(std::fopen((folder / "frames.jsonl").c_str(), "ab"));
-  if (!dataset.records_) return fail(Error::Kind::Io, fmt::format("{}: cannot write: {}", (folder / "frames.jsonl").string(), std::strerror(errno)));
-  std::setvbuf(dataset.records_.get(), nullptr, _IONBF, 0);  // nothing of a record that failed is left to be written later
+  if (!dataset.records_)
+    return fail(Error::Kind::Io,
+                fmt::format("{}: cannot write: {}", (folder / "frames.jsonl").string(), std::strerror(errno)));
+  std::setvbuf(dataset.records_.get(), nullptr, _IONBF,
+               0);  // nothing of a record that failed is left to be written later
   return dataset;
 }
 
@@ -60,21 +79,25 @@ Result<void> Dataset::add(render::Frame frame, std::int64_t time_ns, const std::
   if (!images) return fail(images);
   while (pending_.size() >= most_pending)
     if (auto ok = append_oldest(); !ok) return ok;
-  pending_.push_back(std::async(std::launch::async, [images = *images, folder = folder_, frame = std::move(frame), time_ns, vehicle, masks]() -> Result<std::string> {
-    std::string lines;
-    for (const render::FrameLayer& layer : frame.layers()) {
-      const auto line = write_layer(*images, folder, layer, {{}, {}, vehicle, layer.name, time_ns}, masks);
-      if (!line) return line;
-      lines += *line;
-    }
-    return lines;
-  }));
+  pending_.push_back(std::async(
+      std::launch::async,
+      [images = *images, folder = folder_, frame = std::move(frame), time_ns, vehicle, masks]() -> Result<std::string> {
+        std::string lines;
+        for (const render::FrameLayer& layer : frame.layers()) {
+          const auto line = write_layer(*images, folder, layer, {{}, {}, vehicle, layer.name, time_ns}, masks);
+          if (!line) return line;
+          lines += *line;
+        }
+        return lines;
+      }));
   return {};
 }
 
-Result<void> Dataset::add_rejected(const std::vector<std::string>& sensors, std::int64_t time_ns, const std::string& vehicle, const std::string& reason) {
+Result<void> Dataset::add_rejected(const std::vector<std::string>& sensors, std::int64_t time_ns,
+                                   const std::string& vehicle, const std::string& reason) {
   std::string lines;
-  for (const std::string& sensor : sensors) lines += rejected_frame_record({{}, {}, vehicle, sensor, time_ns}, reason) + "\n";
+  for (const std::string& sensor : sensors)
+    lines += rejected_frame_record({{}, {}, vehicle, sensor, time_ns}, reason) + "\n";
   pending_.push_back(std::async(std::launch::deferred, [lines]() -> Result<std::string> { return lines; }));
   return {};
 }
@@ -91,7 +114,8 @@ Result<void> Dataset::append_oldest() {
   const std::string reason = std::strerror(errno);
   std::error_code error;
   fs::resize_file(records, records_bytes_, error);  // a disk that is full took a part of the record
-  return fail(Error::Kind::Io, fmt::format("{}: writing failed: {}; the frames listed so far are whole", records.string(), reason));
+  return fail(Error::Kind::Io,
+              fmt::format("{}: writing failed: {}; the frames listed so far are whole", records.string(), reason));
 }
 
 Result<void> Dataset::finish() {

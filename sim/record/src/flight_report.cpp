@@ -56,7 +56,12 @@ FlightReport::FlightReport(const sim::Run& run) : run_(run) {
   for (const sim::PreparedSensor& sensor : run.sensors()) {
     const double exposures = seconds(run.file().duration_ns) * sensor.setup.rate.hz() + 1;
     const std::string name = sensor.vehicle + "/" + sensor.name;
-    sensors_.push_back({sensor.vehicle, sensor.name, Overview(sensor.scene, sensor.camera, static_cast<std::size_t>(exposures)), {name}, {name}, {name}});
+    sensors_.push_back({sensor.vehicle,
+                        sensor.name,
+                        Overview(sensor.scene, sensor.camera, static_cast<std::size_t>(exposures)),
+                        {name},
+                        {name},
+                        {name}});
   }
 }
 
@@ -65,10 +70,13 @@ Result<void> FlightReport::on_state(const std::string& vehicle, const sim::Vehic
     if (log.name != vehicle) continue;
     const double t = seconds(state.time_ns);
     const double ground_m = run_.ground().up_m();
-    const double up_m = (run_.ground().frame().enu_from_ecef() * geodesy::Point<geodesy::frame::Ecef>{state.ecef_from_body.origin}).xyz.z();
+    const double up_m =
+        (run_.ground().frame().enu_from_ecef() * geodesy::Point<geodesy::frame::Ecef>{state.ecef_from_body.origin})
+            .xyz.z();
     log.height.points.push_back({t, up_m - ground_m});
     const double yaw_deg = to_degrees(state.attitude.yaw_rad);
-    if (!log.yaw.points.empty() && std::abs(yaw_deg - log.yaw.points.back().y) > 180) log.yaw.points.push_back({t});  // past north: a gap, not a fall
+    if (!log.yaw.points.empty() && std::abs(yaw_deg - log.yaw.points.back().y) > 180)
+      log.yaw.points.push_back({t});  // past north: a gap, not a fall
     log.yaw.points.push_back({t, yaw_deg});
     log.pitch.points.push_back({t, to_degrees(state.attitude.pitch_rad)});
     log.roll.points.push_back({t, to_degrees(state.attitude.roll_rad)});
@@ -104,15 +112,17 @@ Result<void> FlightReport::on_frame(const sim::FrameEvent& event) {
   return {};
 }
 
-double FlightReport::worst_cross_track_m(double settle_s) const {
+double FlightReport::settle_s() const { return run_.file().duration_ns >= 10'000'000'000 ? 5 : 0; }
+
+double FlightReport::worst_cross_track_m() const {
   double worst = 0;
-  for (const VehicleLog& log : vehicles_) worst = std::max(worst, worst_of(log.cross_track, settle_s));
+  for (const VehicleLog& log : vehicles_) worst = std::max(worst, worst_of(log.cross_track, settle_s()));
   return worst;
 }
 
-double FlightReport::worst_height_error_m(double settle_s) const {
+double FlightReport::worst_height_error_m() const {
   double worst = 0;
-  for (const VehicleLog& log : vehicles_) worst = std::max(worst, worst_of(log.height_error, settle_s));
+  for (const VehicleLog& log : vehicles_) worst = std::max(worst, worst_of(log.height_error, settle_s()));
   return worst;
 }
 
@@ -145,7 +155,8 @@ std::vector<ReportItem> FlightReport::flight_charts(const VehicleLog& log) const
   charts.emplace_back(Chart{log.name + ": attitude", "angle / degrees", {log.yaw, log.pitch, log.roll}});
   if (!log.flown) return charts;
   charts.emplace_back(Chart{log.name + ": speed", "speed / (m/s)", {log.airspeed, log.ground_speed}});
-  charts.emplace_back(Chart{log.name + ": distance from the path", "distance / m", {log.cross_track, log.height_error}});
+  charts.emplace_back(
+      Chart{log.name + ": distance from the path", "distance / m", {log.cross_track, log.height_error}});
   return charts;
 }
 
@@ -153,35 +164,45 @@ Section FlightReport::maps_section() const {
   Table table{"", {"map", "serves as", "CRS", "texel / m", "acquired", "licence", "attribution"}, {}};
   const auto add = [&](const std::string& name, const std::string& serves, const tile::Map& map) {
     const tile::MapDescription& d = map.description();
-    table.rows.push_back({name, serves, map.projection().name(), fmt::format("{:.3g} x {:.3g}", map.texel_size_m().x(), map.texel_size_m().y()), or_dash(d.acquired),
-                          or_dash(d.licence), or_dash(d.attribution)});
+    table.rows.push_back({name, serves, map.projection().name(),
+                          fmt::format("{:.3g} x {:.3g}", map.texel_size_m().x(), map.texel_size_m().y()),
+                          or_dash(d.acquired), or_dash(d.licence), or_dash(d.attribution)});
   };
   for (const auto& [name, map] : run_.layers()) add(name, "sensor source", map);
   for (const auto& [name, map] : run_.onboard()) add(name, "onboard reference", map);
   return {"Maps", "", {std::move(table)}};
 }
 
-Result<void> FlightReport::write(render::Renderer& renderer, const std::filesystem::path& folder, const sim::RunSummary& summary, bool frames) const {
+Result<void> FlightReport::write(render::Renderer& renderer, const std::filesystem::path& folder,
+                                 const sim::RunSummary& summary, bool frames) const {
   const std::filesystem::path pictures = folder / "pictures";
-  Report report{frames ? "Flight report" : "Rehearsal: where the cameras will look", fmt::format("{} simulated in {:.1f} s", run_.file().duration_text + " s", summary.seconds)};
+  Report report{frames ? "Flight report" : "Rehearsal: where the cameras will look",
+                fmt::format("{} simulated in {:.1f} s", run_.file().duration_text + " s", summary.seconds)};
 
   // The main figures
-  constexpr double settle_s = 5;
+  const std::string when = settle_s() > 0 ? fmt::format("at most, after {} s", settle_s()) : "at most";
   if (frames) {
-    report.figures.push_back({"frames", std::to_string(summary.frames), "", summary.rejected > 0 ? fmt::format("{} rejected", summary.rejected) : ""});
-    report.figures.push_back({"frames a second", fmt::format("{:.1f}", static_cast<double>(summary.frames) / std::max(summary.seconds, 1e-9)), "", "written to disk"});
-    report.figures.push_back({"a frame takes", fmt::format("{:.1f}", median_of(frame_ms())), "ms", "median, in the renderer"});
+    report.figures.push_back({"frames", std::to_string(summary.frames), "",
+                              summary.rejected > 0 ? fmt::format("{} rejected", summary.rejected) : ""});
+    report.figures.push_back(
+        {"frames a second",
+         fmt::format("{:.1f}", static_cast<double>(summary.frames) / std::max(summary.seconds, 1e-9)), "",
+         "written to disk"});
+    report.figures.push_back(
+        {"a frame takes", fmt::format("{:.1f}", median_of(frame_ms())), "ms", "median, in the renderer"});
     const double valid = mean_valid_fraction();
-    report.figures.push_back({"on the map", fmt::format("{:.1f}", 100 * valid), "%", "of all pixels", valid > 0.999 ? Figure::State::Good : Figure::State::Warn});
+    report.figures.push_back({"on the map", fmt::format("{:.1f}", 100 * valid), "%", "of all pixels",
+                              valid > 0.999 ? Figure::State::Good : Figure::State::Warn});
   }
   const bool flown = std::any_of(vehicles_.begin(), vehicles_.end(), [](const VehicleLog& log) { return log.flown; });
   if (flown) {
-    report.figures.push_back({"off the path", fmt::format("{:.1f}", worst_cross_track_m(settle_s)), "m", fmt::format("at most, after {} s", settle_s)});
-    report.figures.push_back({"height error", fmt::format("{:.1f}", worst_height_error_m(settle_s)), "m", fmt::format("at most, after {} s", settle_s)});
+    report.figures.push_back({"off the path", fmt::format("{:.1f}", worst_cross_track_m()), "m", when});
+    report.figures.push_back({"height error", fmt::format("{:.1f}", worst_height_error_m()), "m", when});
   }
 
   Section seen{"What the cameras saw"}, where{"Where they looked"}, cost{"Frames"}, flight{"Flight"};
-  Chart cost_chart{"cost of a frame", "time / ms"}, valid_chart{"valid pixels", "share"}, gsd_chart{"ground sample distance", "m / pixel"};
+  Chart cost_chart{"cost of a frame", "time / ms"}, valid_chart{"valid pixels", "share"},
+      gsd_chart{"ground sample distance", "m / pixel"};
   List outside{"Exposures that leave the map", {}};
   for (const SensorLog& log : sensors_) {
     const render::Layer& layer = log.overview.scene().layers().front();
@@ -198,7 +219,8 @@ Result<void> FlightReport::write(render::Renderer& renderer, const std::filesyst
     valid_chart.series.push_back(log.valid);
     gsd_chart.series.push_back(log.gsd);
     for (const Excursion& e : log.excursions)
-      outside.lines.push_back(fmt::format("{}/{}: {} exposures from {:.2f} s to {:.2f} s", log.vehicle, log.name, e.exposures, seconds(e.from_ns), seconds(e.to_ns)));
+      outside.lines.push_back(fmt::format("{}/{}: {} exposures from {:.2f} s to {:.2f} s", log.vehicle, log.name,
+                                          e.exposures, seconds(e.from_ns), seconds(e.to_ns)));
   }
   if (outside.lines.empty()) outside.lines.push_back("none: every exposure lies on its map");
   where.items.emplace_back(std::move(outside));

@@ -34,17 +34,13 @@ Json or_null(const std::optional<T>& value) {
 }
 
 Json pose(const render::Truth& t) {
-  return {{"lat_deg", to_degrees(t.position.lat_rad)},
-          {"lon_deg", to_degrees(t.position.lon_rad)},
-          {"height_ellipsoid_m", t.position.height_m},
-          {"height_agl_m", t.height_agl_m},
-          {"ecef_m", vector(t.ecef_from_camera.origin)},
-          {"ecef_from_camera_quat", quaternion(t.ecef_from_camera.rotation)},
-          {"enu_m", vector(t.enu_from_camera.origin)},
-          {"enu_from_camera_quat", quaternion(t.enu_from_camera.rotation)},
-          {"yaw_deg", to_degrees(t.attitude.yaw_rad)},
-          {"pitch_deg", to_degrees(t.attitude.pitch_rad)},
-          {"roll_deg", to_degrees(t.attitude.roll_rad)}};
+  return {
+      {"lat_deg", to_degrees(t.position.lat_rad)},   {"lon_deg", to_degrees(t.position.lon_rad)},
+      {"height_ellipsoid_m", t.position.height_m},   {"height_agl_m", t.height_agl_m},
+      {"ecef_m", vector(t.ecef_from_camera.origin)}, {"ecef_from_camera_quat", quaternion(t.ecef_from_camera.rotation)},
+      {"enu_m", vector(t.enu_from_camera.origin)},   {"enu_from_camera_quat", quaternion(t.enu_from_camera.rotation)},
+      {"yaw_deg", to_degrees(t.attitude.yaw_rad)},   {"pitch_deg", to_degrees(t.attitude.pitch_rad)},
+      {"roll_deg", to_degrees(t.attitude.roll_rad)}};
 }
 
 Json footprint(const render::Truth& t) {
@@ -63,12 +59,20 @@ Json footprint(const render::Truth& t) {
 Json settings(const render::Truth& t) {
   Json levels = Json::array();
   for (int k = t.finest_level; k <= t.coarsest_level && t.tiles > 0; ++k) levels.push_back(k);
-  return {{"quality", render::to_string(t.quality)}, {"levels", levels}, {"filter", render::to_string(t.filter)}, {"tiles", t.tiles}, {"undersampled", t.undersampled}};
+  return {{"quality", render::to_string(t.quality)},
+          {"levels", levels},
+          {"filter", render::to_string(t.filter)},
+          {"tiles", t.tiles},
+          {"undersampled", t.undersampled}};
 }
 
 Json head(const FrameFile& file) {
-  return {{"format_version", format_version}, {"file", file.file.empty() ? Json(nullptr) : Json(file.file)}, {"mask_file", file.mask_file.empty() ? Json(nullptr) : Json(file.mask_file)},
-          {"vehicle", file.vehicle}, {"sensor", file.sensor}, {"time_ns", file.time_ns}};
+  return {{"format_version", format_version},
+          {"file", file.file.empty() ? Json(nullptr) : Json(file.file)},
+          {"mask_file", file.mask_file.empty() ? Json(nullptr) : Json(file.mask_file)},
+          {"vehicle", file.vehicle},
+          {"sensor", file.sensor},
+          {"time_ns", file.time_ns}};
 }
 
 std::string line(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
@@ -97,7 +101,10 @@ std::string frame_record(const FrameFile& file, const render::FrameLayer& layer)
   json["camera_matrix"] = matrix(t.camera_matrix);
   json["distortion_model"] = "plumb_bob";
   json["distortion"] = Json::array();
-  json["map"] = {{"path", t.map_path}, {"crs", t.map_crs}, {"gsd_m", t.map_gsd_m}, {"acquired", t.map_acquired.empty() ? Json(nullptr) : Json(t.map_acquired)}};
+  json["map"] = {{"path", t.map_path},
+                 {"crs", t.map_crs},
+                 {"gsd_m", t.map_gsd_m},
+                 {"acquired", t.map_acquired.empty() ? Json(nullptr) : Json(t.map_acquired)}};
   json["map_pixel_from_image_pixel"] = or_null(t.map_pixel_from_image_pixel, matrix);
   json["image_pixel_from_map_pixel"] = or_null(t.image_pixel_from_map_pixel, matrix);
   json["homography_max_error_px"] = or_null(t.homography_max_error_px);

@@ -30,14 +30,26 @@ std::string escaped(std::string_view text) {
   while (!text.empty()) {
     const std::size_t length = character_length(text);
     switch (text.front()) {
-      case '&': out += "&amp;"; break;
-      case '<': out += "&lt;"; break;
-      case '>': out += "&gt;"; break;
-      case '"': out += "&quot;"; break;
-      case '\'': out += "&#39;"; break;
+      case '&':
+        out += "&amp;";
+        break;
+      case '<':
+        out += "&lt;";
+        break;
+      case '>':
+        out += "&gt;";
+        break;
+      case '"':
+        out += "&quot;";
+        break;
+      case '\'':
+        out += "&#39;";
+        break;
       default:
-        if (length == 0) out += "\xef\xbf\xbd";
-        else out += text.substr(0, length);
+        if (length == 0)
+          out += "\xef\xbf\xbd";
+        else
+          out += text.substr(0, length);
     }
     text.remove_prefix(std::max<std::size_t>(length, 1));
   }
@@ -49,7 +61,9 @@ std::string base64(std::string_view bytes) {
   std::string out;
   out.reserve((bytes.size() + 2) / 3 * 4);
   for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    const auto byte = [&](std::size_t k) { return i + k < bytes.size() ? static_cast<std::uint8_t>(bytes[i + k]) : 0u; };
+    const auto byte = [&](std::size_t k) {
+      return i + k < bytes.size() ? static_cast<std::uint8_t>(bytes[i + k]) : 0u;
+    };
     const std::uint32_t three = byte(0) << 16 | byte(1) << 8 | byte(2);
     out += digits[three >> 18];
     out += digits[three >> 12 & 63];

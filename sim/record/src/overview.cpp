@@ -21,7 +21,9 @@ render::Scene only(const render::Scene& scene, const render::Layer& layer) {
 }
 
 SheetFrame sheet_frame(const render::FrameLayer& layer, const render::Layer& of, std::string caption) {
-  return {{layer.samples.data(), layer.type, layer.width, layer.height, layer.bands}, std::move(caption), layer.validity,
+  return {{layer.samples.data(), layer.type, layer.width, layer.height, layer.bands},
+          std::move(caption),
+          layer.validity,
           of.source->domain() == tile::Domain::Decibel && !of.options.output};
 }
 
@@ -35,8 +37,10 @@ struct PlanView {
     width = std::clamp(static_cast<int>(std::lround(size_m.x() / metres_per_pixel)), picture_side / 4, picture_side);
     height = std::clamp(static_cast<int>(std::lround(size_m.y() / metres_per_pixel)), picture_side / 4, picture_side);
     constexpr double focal_px = 10 * picture_side;
-    camera_pose = plane.frame().ecef_from_enu() * Pose<frame::Enu, frame::Camera>{Eigen::Quaterniond(0, 1, 0, 0),
-                                                                                  {centre_m.x(), centre_m.y(), plane.up_m() + focal_px * metres_per_pixel}};
+    camera_pose =
+        plane.frame().ecef_from_enu() *
+        Pose<frame::Enu, frame::Camera>{Eigen::Quaterniond(0, 1, 0, 0),
+                                        {centre_m.x(), centre_m.y(), plane.up_m() + focal_px * metres_per_pixel}};
     focal = focal_px;
   }
   PicturePoint picture(const Eigen::Vector2d& east_north_m) const {
@@ -57,7 +61,10 @@ struct PlanView {
 }  // namespace
 
 Overview::Overview(const render::Scene& scene, const render::Camera& camera, std::size_t frames_to_come)
-    : scene_(scene), camera_(camera), path_stride_(frames_to_come / most_path_points + 1), shown_stride_((frames_to_come + most_shown - 1) / most_shown) {
+    : scene_(scene),
+      camera_(camera),
+      path_stride_(frames_to_come / most_path_points + 1),
+      shown_stride_((frames_to_come + most_shown - 1) / most_shown) {
   shown_stride_ = std::max<std::size_t>(shown_stride_, 1);
 }
 
@@ -67,18 +74,21 @@ void Overview::add(const render::Truth& truth, std::int64_t time_ns) {
   if (index % shown_stride_ != 0) return;
   Seen seen{time_ns, truth.ecef_from_camera, {}};
   for (const auto& lon_lat : truth.footprint.outline_lon_lat_rad)
-    if (const auto point = scene_.surface().at(lon_lat.x(), lon_lat.y())) seen.outline_m.emplace_back(point->xyz.head<2>());
+    if (const auto point = scene_.surface().at(lon_lat.x(), lon_lat.y()))
+      seen.outline_m.emplace_back(point->xyz.head<2>());
   shown_.push_back(std::move(seen));
 }
 
-Result<void> Overview::write_contact_sheet(render::Renderer& renderer, const render::Layer& layer, const std::filesystem::path& path) const {
+Result<void> Overview::write_contact_sheet(render::Renderer& renderer, const render::Layer& layer,
+                                           const std::filesystem::path& path) const {
   const auto images = image_files();
   if (!images) return fail(images);
   const double scale = std::min(1.0, static_cast<double>(thumbnail_width) / camera_.width_px());
   const auto small = [&](int size_px) { return std::max(1, static_cast<int>(std::lround(size_px * scale))); };
   const Eigen::Vector2d principal_px = camera_.principal_point_px() * scale;
-  const auto thumbnail = render::Camera::pinhole(small(camera_.width_px()), small(camera_.height_px()), camera_.fx_px() * scale, camera_.fy_px() * scale,
-                                                 principal_px.x(), principal_px.y());
+  const auto thumbnail =
+      render::Camera::pinhole(small(camera_.width_px()), small(camera_.height_px()), camera_.fx_px() * scale,
+                              camera_.fy_px() * scale, principal_px.x(), principal_px.y());
   if (!thumbnail) return fail(thumbnail);
 
   std::vector<render::Frame> frames;
@@ -88,12 +98,14 @@ Result<void> Overview::write_contact_sheet(render::Renderer& renderer, const ren
     frames.push_back(std::move(*frame));
   }
   ContactSheet sheet{fmt::format("{}: {} of {} frames", layer.name, shown_.size(), added_), {}};
-  for (std::size_t i = 0; i < frames.size(); ++i) sheet.frames.push_back(sheet_frame(frames[i].layer(), layer, seconds(shown_[i].time_ns)));
+  for (std::size_t i = 0; i < frames.size(); ++i)
+    sheet.frames.push_back(sheet_frame(frames[i].layer(), layer, seconds(shown_[i].time_ns)));
   if (auto written = (*images)->write_contact_sheet(path, sheet); !written) return fail(written);
   return {};
 }
 
-Result<void> Overview::write_footprints(render::Renderer& renderer, const render::Layer& layer, const std::filesystem::path& path) const {
+Result<void> Overview::write_footprints(render::Renderer& renderer, const render::Layer& layer,
+                                        const std::filesystem::path& path) const {
   const auto images = image_files();
   if (!images) return fail(images);
 
@@ -108,7 +120,8 @@ Result<void> Overview::write_footprints(render::Renderer& renderer, const render
   box.max().array() += margin_m;
 
   const PlanView view(scene_.surface(), box);
-  const auto camera = render::Camera::pinhole(view.width, view.height, view.focal, view.focal, view.width * 0.5, view.height * 0.5);
+  const auto camera =
+      render::Camera::pinhole(view.width, view.height, view.focal, view.focal, view.width * 0.5, view.height * 0.5);
   if (!camera) return fail(camera);
   const auto frame = renderer.render(only(scene_, layer), *camera, view.camera_pose);
   if (!frame) return fail(frame);

@@ -38,12 +38,16 @@ Result<std::string> html_of(const Picture& picture, std::size_t number) {
   };
   // A check box remembers what is shown in full size, without script
   return fmt::format(
-      "<figure class=\"item picture\"><input type=\"checkbox\" id=\"picture{0}\" aria-label=\"full size: {1}\"><label for=\"picture{0}\">"
-      "<img width=\"{2}\" height=\"{3}\" alt=\"{1}\" src=\"data:image/png;base64,{4}\"></label><figcaption>{1}</figcaption></figure>\n",
+      "<figure class=\"item picture\"><input type=\"checkbox\" id=\"picture{0}\" aria-label=\"full size: {1}\"><label "
+      "for=\"picture{0}\">"
+      "<img width=\"{2}\" height=\"{3}\" alt=\"{1}\" "
+      "src=\"data:image/png;base64,{4}\"></label><figcaption>{1}</figcaption></figure>\n",
       number, escaped(picture.caption), size_px(16), size_px(20), base64(*bytes));
 }
 
-std::string heading(const std::string& title) { return title.empty() ? "" : fmt::format("<h3>{}</h3>", escaped(title)); }
+std::string heading(const std::string& title) {
+  return title.empty() ? "" : fmt::format("<h3>{}</h3>", escaped(title));
+}
 
 /// "12.5", "-3 m", "98 %", "1.5 MiB": a number and at most one word.
 bool is_quantity(std::string_view cell) {
@@ -54,18 +58,24 @@ bool is_quantity(std::string_view cell) {
 std::string html_of(const Table& table) {
   std::size_t columns = table.header.size();
   for (const auto& row : table.rows) columns = std::max(columns, row.size());
-  const auto cell = [](const std::vector<std::string>& row, std::size_t column) { return column < row.size() ? row[column] : std::string(); };
+  const auto cell = [](const std::vector<std::string>& row, std::size_t column) {
+    return column < row.size() ? row[column] : std::string();
+  };
   std::vector<bool> numbers(columns, false);
   for (std::size_t c = 0; c < columns; ++c) {
-    const auto fits = [&](const auto& row) { return trim(cell(row, c)).empty() || cell(row, c) == "–" || is_quantity(cell(row, c)); };
+    const auto fits = [&](const auto& row) {
+      return trim(cell(row, c)).empty() || cell(row, c) == "–" || is_quantity(cell(row, c));
+    };
     const auto counts = [&](const auto& row) { return is_quantity(cell(row, c)); };
-    numbers[c] = std::all_of(table.rows.begin(), table.rows.end(), fits) && std::any_of(table.rows.begin(), table.rows.end(), counts);
+    numbers[c] = std::all_of(table.rows.begin(), table.rows.end(), fits) &&
+                 std::any_of(table.rows.begin(), table.rows.end(), counts);
   }
 
   std::string out = fmt::format("<div class=\"item table\">{}<table>", heading(table.title));
   const auto add_row = [&](const std::vector<std::string>& row, const char* tag) {
     out += "<tr>";
-    for (std::size_t c = 0; c < columns; ++c) out += fmt::format("<{0}{1}>{2}</{0}>", tag, numbers[c] ? " class=\"number\"" : "", escaped(cell(row, c)));
+    for (std::size_t c = 0; c < columns; ++c)
+      out += fmt::format("<{0}{1}>{2}</{0}>", tag, numbers[c] ? " class=\"number\"" : "", escaped(cell(row, c)));
     out += "</tr>\n";
   };
   out += "<thead>";
@@ -90,9 +100,11 @@ std::string html_of(const std::vector<Figure>& figures) {
   std::string out = "<dl class=\"figures\">";
   for (const Figure& figure : figures) {
     constexpr const char* style[] = {"plain", "good", "warn"};
-    constexpr const char* mark[] = {"", "<span class=\"state\" aria-label=\"good\">✓</span> ", "<span class=\"state\" aria-label=\"attention\">▲</span> "};
+    constexpr const char* mark[] = {"", "<span class=\"state\" aria-label=\"good\">✓</span> ",
+                                    "<span class=\"state\" aria-label=\"attention\">▲</span> "};
     const auto state = static_cast<std::size_t>(figure.state);
-    out += fmt::format("<div class=\"{}\"><dt>{}{}</dt><dd class=\"value\">{}", style[state], mark[state], escaped(figure.label), escaped(figure.value));
+    out += fmt::format("<div class=\"{}\"><dt>{}{}</dt><dd class=\"value\">{}", style[state], mark[state],
+                       escaped(figure.label), escaped(figure.value));
     if (!figure.unit.empty()) out += fmt::format("<span class=\"unit\">{}</span>", escaped(figure.unit));
     out += "</dd>";
     if (!figure.remark.empty()) out += fmt::format("<dd class=\"remark\">{}</dd>", escaped(figure.remark));
@@ -105,12 +117,14 @@ std::string html_of(const std::vector<Figure>& figures) {
 
 Result<void> write_report(const std::filesystem::path& path, const Report& report) {
   std::string page = head;
-  page += fmt::format("<title>{}</title>\n<style>{}</style></head>\n<body><header><h1>{}</h1>\n", escaped(report.title), report_style, escaped(report.title));
+  page += fmt::format("<title>{}</title>\n<style>{}</style></head>\n<body><header><h1>{}</h1>\n", escaped(report.title),
+                      report_style, escaped(report.title));
   if (!report.subtitle.empty()) page += fmt::format("<p class=\"subtitle\">{}</p>\n", escaped(report.subtitle));
   if (!report.figures.empty()) page += html_of(report.figures);
   if (report.sections.size() > 1) {
     page += "<nav>";
-    for (std::size_t i = 0; i < report.sections.size(); ++i) page += fmt::format("<a href=\"#section{}\">{}</a>", i, escaped(report.sections[i].heading));
+    for (std::size_t i = 0; i < report.sections.size(); ++i)
+      page += fmt::format("<a href=\"#section{}\">{}</a>", i, escaped(report.sections[i].heading));
     page += "</nav>";
   }
   page += "</header>\n<main>\n";
@@ -122,7 +136,8 @@ Result<void> write_report(const std::filesystem::path& path, const Report& repor
     if (!section.text.empty()) page += fmt::format("<p class=\"text\">{}</p>\n", escaped(section.text));
     for (std::size_t k = 0; k < section.items.size(); ++k) {
       const ReportItem& item = section.items[k];
-      if (k == 0 || kind_of(item) != kind_of(section.items[k - 1])) page += k == 0 ? "<div class=\"grid\">\n" : "</div>\n<div class=\"grid\">\n";
+      if (k == 0 || kind_of(item) != kind_of(section.items[k - 1]))
+        page += k == 0 ? "<div class=\"grid\">\n" : "</div>\n<div class=\"grid\">\n";
       if (const auto* picture = std::get_if<Picture>(&item)) {
         const auto html = html_of(*picture, pictures++);
         if (!html) return fail(html);
@@ -136,7 +151,10 @@ Result<void> write_report(const std::filesystem::path& path, const Report& repor
     if (!section.items.empty()) page += "</div>\n";
     page += "</section>\n";
   }
-  page += fmt::format("</main>\n<footer>Made by Nadir. This page holds all that it shows.</footer>\n<script>{}</script></body></html>\n", report_script);
+  page += fmt::format(
+      "</main>\n<footer>Made by Nadir. This page holds all that it "
+      "shows.</footer>\n<script>{}</script></body></html>\n",
+      report_script);
   return write_file(path, page);
 }
 

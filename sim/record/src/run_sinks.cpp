@@ -15,14 +15,16 @@ Result<LineFile> LineFile::create(const fs::path& path, const std::string& heade
   LineFile file;
   file.path_ = path;
   file.file_.reset(std::fopen(path.c_str(), "wb"));
-  if (!file.file_) return fail(Error::Kind::Io, fmt::format("{}: cannot write: {}", path.string(), std::strerror(errno)));
+  if (!file.file_)
+    return fail(Error::Kind::Io, fmt::format("{}: cannot write: {}", path.string(), std::strerror(errno)));
   if (!header.empty())
     if (auto ok = file.add(header); !ok) return fail(ok);
   return file;
 }
 
 Result<void> LineFile::add(const std::string& line) {
-  if (std::fwrite(line.data(), 1, line.size(), file_.get()) == line.size() && std::fputc('\n', file_.get()) != EOF) return {};
+  if (std::fwrite(line.data(), 1, line.size(), file_.get()) == line.size() && std::fputc('\n', file_.get()) != EOF)
+    return {};
   return fail(Error::Kind::Io, fmt::format("{}: writing failed: {}", path_.string(), std::strerror(errno)));
 }
 
@@ -35,7 +37,8 @@ Result<void> FrameSink::on_frame(const sim::FrameEvent& event) {
   if (!event.frame) return dataset_.add_rejected({event.sensor}, event.state.time_ns, event.vehicle, event.rejected);
   bool masks = true;
   for (const sim::PreparedSensor& sensor : run_.sensors())
-    if (sensor.vehicle == event.vehicle && sensor.name == event.sensor) masks = sensor.setup.off_map == render::OffMap::Mask;
+    if (sensor.vehicle == event.vehicle && sensor.name == event.sensor)
+      masks = sensor.setup.off_map == render::OffMap::Mask;
   return dataset_.add(*event.frame, event.state.time_ns, event.vehicle, masks);
 }
 
@@ -43,21 +46,45 @@ Result<void> TelemetrySink::on_state(const std::string& vehicle, const sim::Vehi
   auto found = files_.find(vehicle);
   if (found == files_.end()) {
     auto file = LineFile::create(folder_ / "telemetry" / vehicle / "state.csv",
-                                 "time_ns,lat_deg,lon_deg,height_ellipsoid_m,east_m,north_m,up_m,yaw_deg,pitch_deg,roll_deg,velocity_north_mps,velocity_east_mps,"
-                                 "velocity_down_mps,p_dps,q_dps,r_dps,specific_force_x_mps2,specific_force_y_mps2,specific_force_z_mps2,airspeed_mps,alpha_deg,beta_deg,"
-                                 "elevator_deg,aileron_deg,rudder_deg,throttle,wind_north_mps,wind_east_mps,wind_down_mps,commanded_up_m,off_path_right_m,off_path_above_m");
+                                 "time_ns,lat_deg,lon_deg,height_ellipsoid_m,east_m,north_m,up_m,yaw_deg,pitch_deg,"
+                                 "roll_deg,velocity_north_mps,velocity_east_mps,"
+                                 "velocity_down_mps,p_dps,q_dps,r_dps,specific_force_x_mps2,specific_force_y_mps2,"
+                                 "specific_force_z_mps2,airspeed_mps,alpha_deg,beta_deg,"
+                                 "elevator_deg,aileron_deg,rudder_deg,throttle,wind_north_mps,wind_east_mps,wind_down_"
+                                 "mps,commanded_up_m,off_path_right_m,off_path_above_m");
     if (!file) return fail(file);
     found = files_.emplace(vehicle, std::move(*file)).first;
   }
-  const Eigen::Vector3d enu = (run_.ground().frame().enu_from_ecef() * geodesy::Point<geodesy::frame::Ecef>{state.ecef_from_body.origin}).xyz;
-  std::string line = fmt::format("{},{},{},{},{},{},{},{},{},{}", state.time_ns, to_degrees(state.place.lat_rad), to_degrees(state.place.lon_rad), state.place.height_m, enu.x(),
-                                 enu.y(), enu.z(), to_degrees(state.attitude.yaw_rad), to_degrees(state.attitude.pitch_rad), to_degrees(state.attitude.roll_rad));
+  const Eigen::Vector3d enu =
+      (run_.ground().frame().enu_from_ecef() * geodesy::Point<geodesy::frame::Ecef>{state.ecef_from_body.origin}).xyz;
+  std::string line = fmt::format("{},{},{},{},{},{},{},{},{},{}", state.time_ns, to_degrees(state.place.lat_rad),
+                                 to_degrees(state.place.lon_rad), state.place.height_m, enu.x(), enu.y(), enu.z(),
+                                 to_degrees(state.attitude.yaw_rad), to_degrees(state.attitude.pitch_rad),
+                                 to_degrees(state.attitude.roll_rad));
   if (state.flight) {
     const sim::FlightData& f = *state.flight;
-    for (const double value : {f.velocity_ned_mps.x(), f.velocity_ned_mps.y(), f.velocity_ned_mps.z(), to_degrees(f.rates_radps.x()), to_degrees(f.rates_radps.y()),
-                               to_degrees(f.rates_radps.z()), f.specific_force_mps2.x(), f.specific_force_mps2.y(), f.specific_force_mps2.z(), f.airspeed_mps,
-                               to_degrees(f.alpha_rad), to_degrees(f.beta_rad), to_degrees(f.elevator_rad), to_degrees(f.aileron_rad), to_degrees(f.rudder_rad), f.throttle,
-                               f.wind_ned_mps.x(), f.wind_ned_mps.y(), f.wind_ned_mps.z(), f.commanded_height_m, f.off_path_right_m, f.off_path_above_m})
+    for (const double value : {f.velocity_ned_mps.x(),
+                               f.velocity_ned_mps.y(),
+                               f.velocity_ned_mps.z(),
+                               to_degrees(f.rates_radps.x()),
+                               to_degrees(f.rates_radps.y()),
+                               to_degrees(f.rates_radps.z()),
+                               f.specific_force_mps2.x(),
+                               f.specific_force_mps2.y(),
+                               f.specific_force_mps2.z(),
+                               f.airspeed_mps,
+                               to_degrees(f.alpha_rad),
+                               to_degrees(f.beta_rad),
+                               to_degrees(f.elevator_rad),
+                               to_degrees(f.aileron_rad),
+                               to_degrees(f.rudder_rad),
+                               f.throttle,
+                               f.wind_ned_mps.x(),
+                               f.wind_ned_mps.y(),
+                               f.wind_ned_mps.z(),
+                               f.commanded_height_m,
+                               f.off_path_right_m,
+                               f.off_path_above_m})
       line += fmt::format(",{}", value);
   } else {
     line += std::string(22, ',');  // a recorded vehicle knows its pose only
@@ -92,7 +119,8 @@ Result<void> TruthRowSink::on_frame(const sim::FrameEvent& event) {
     for (int c = 0; c < 4; ++c) line += fmt::format(" {}", pose(r, c));
   for (int r = 0; r < 3; ++r)
     for (int c = 0; c < 3; ++c) line += fmt::format(" {}", (*truth.map_pixel_from_image_pixel)(r, c));
-  for (const std::size_t corner : {0, 1, 3, 2}) line += fmt::format(" {} {}", truth.footprint_texel[corner]->x() - 0.5, truth.footprint_texel[corner]->y() - 0.5);
+  for (const std::size_t corner : {0, 1, 3, 2})
+    line += fmt::format(" {} {}", truth.footprint_texel[corner]->x() - 0.5, truth.footprint_texel[corner]->y() - 0.5);
   return found->second.file.add(line);
 }
 

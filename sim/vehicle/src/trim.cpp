@@ -85,8 +85,11 @@ Result<Trim> trim(const FixedWing& vehicle, const TrimTarget& target, double den
     left = problem.residual(u);
   }
   if (!(left.norm() < 10 * good_enough))
-    return fail(Error::Kind::NotFound, fmt::format("{}: none was found; an acceleration of {:.3g} m/s^2 is left",
-                                                   describe(target), left.norm()));
+    return fail(
+        Error::Kind::NotFound,
+        std::isfinite(left.norm())
+            ? fmt::format("{}: none was found; an acceleration of {:.3g} m/s^2 is left", describe(target), left.norm())
+            : fmt::format("{}: none was found; the vehicle has no motion near it", describe(target)));
 
   Trim found;
   found.target = target;

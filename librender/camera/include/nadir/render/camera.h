@@ -10,13 +10,14 @@ namespace nadir::render {
 
 /// An ideal pinhole camera: image size and intrinsics.
 ///
-/// Image coordinates put the centre of the first pixel at (0.5, 0.5): the image spans [0, width] x [0, height]. Camera files,
-/// as ROS camera calibration writes them, put it at (0, 0): their principal point gains 0.5 when it comes in here and loses
-/// it when it goes out, and is never adjusted in between.
-/// Invariant: sizes within [1, 65536], focal lengths positive, all finite.
+/// Image coordinates put the centre of the first pixel at (0.5, 0.5): the image spans [0, width] x [0, height]. Camera
+/// files, as ROS camera calibration writes them, put it at (0, 0): their principal point gains 0.5 when it comes in
+/// here and loses it when it goes out, and is never adjusted in between. Invariant: sizes within [1, 65536], focal
+/// lengths positive, all finite.
 class Camera {
  public:
-  /// Focal lengths and principal point in pixels, the latter in image coordinates (the middle of the image is width / 2).
+  /// Focal lengths and principal point in pixels, the latter in image coordinates (the middle of the image is width /
+  /// 2).
   static Result<Camera> pinhole(int width_px, int height_px, double fx_px, double fy_px, double cx_px, double cy_px);
 
   /// Reads a ROS camera calibration. Every key is checked. A lens with distortion is refused: none is modelled.

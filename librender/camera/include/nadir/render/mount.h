@@ -8,8 +8,8 @@ namespace nadir::render {
 
 using CameraPose = geodesy::Pose<geodesy::frame::Ecef, geodesy::frame::Camera>;  // ecef_from_camera
 
-/// How a camera sits on its vehicle. By default it is at the vehicle's origin and looks straight down with the image's top
-/// towards the nose; `position_m` and `angles` move and turn it from there, in body axes.
+/// How a camera sits on its vehicle. By default it is at the vehicle's origin and looks straight down with the image's
+/// top towards the nose; `position_m` and `angles` move and turn it from there, in body axes.
 struct Mount {
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();  // forward, right, down
   geodesy::YawPitchRoll angles;                          // of the mount in the body

@@ -12,14 +12,15 @@ namespace nadir::render {
 
 /// The definition of where a pixel looks: image point, ray, plane, ECEF, longitude and latitude, CRS. All in double, no
 /// approximation but the projection library's own; everything faster is checked against it.
-/// Error: about 1e-9 m of the camera's position (a double's step at the Earth's radius), magnified where the view grazes.
+/// Error: about 1e-9 m of the camera's position (a double's step at the Earth's radius), magnified where the view
+/// grazes.
 class ExactChain {
  public:
   ExactChain(const Camera& camera, const CameraPose& ecef_from_camera, const Plane& plane);
 
   /// Positive where the ground is seen, negative where it is not: linear in image coordinates, so a rectangle whose
-  /// corners all see no ground sees none. The ground counts as seen up to a depth (along the optical axis) of 1000 km or
-  /// four times the camera's height, whichever is more: no plane is the Earth beyond.
+  /// corners all see no ground sees none. The ground counts as seen up to a depth (along the optical axis) of 1000 km
+  /// or four times the camera's height, whichever is more: no plane is the Earth beyond.
   double visibility(const Eigen::Vector2d& image) const;
 
   /// Height of the camera above the plane, metres.

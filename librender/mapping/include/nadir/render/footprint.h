@@ -19,8 +19,8 @@ struct GroundPoint {
 struct Footprint {
   /// Of the image's outer corners (0,0), (W,0), (W,H), (0,H); empty where a corner sees no ground.
   std::array<std::optional<GroundPoint>, 4> corners;
-  /// Around the part of the image that sees ground, clipped at the horizon, in the order of the corners, 16 points a side, not
-  /// closed; empty where no ground is seen.
+  /// Around the part of the image that sees ground, clipped at the horizon, in the order of the corners, 16 points a
+  /// side, not closed; empty where no ground is seen.
   std::vector<Eigen::Vector2d> outline_lon_lat_rad;
 };
 

@@ -31,8 +31,8 @@ struct Patch {
   PixelRect rect;
   Kind kind = Kind::NoGround;
 
-  // Homography: crs = crs_origin + apply(crs_from_image, image - corner of rect). Both offsets are small, so that eastings
-  // of millions of metres cost no digits.
+  // Homography: crs = crs_origin + apply(crs_from_image, image - corner of rect). Both offsets are small, so that
+  // eastings of millions of metres cost no digits.
   Eigen::Matrix3d crs_from_image = Eigen::Matrix3d::Identity();
   Eigen::Vector2d crs_origin = Eigen::Vector2d::Zero();
   double error_px = 0;  // greatest backward error found at the points checked
@@ -47,8 +47,8 @@ struct Patch {
 struct PatchMapping {
   std::vector<Patch> patches;
   double tolerance_px = 0;
-  double error_px = 0;              // greatest of the patches'
-  std::int64_t exact_points = 0;    // evaluations of the exact chain it took
+  double error_px = 0;            // greatest of the patches'
+  std::int64_t exact_points = 0;  // evaluations of the exact chain it took
 };
 
 /// Side of the smallest patch: below it the exact chain is as cheap as checking an approximation.
@@ -56,18 +56,18 @@ inline constexpr int smallest_patch_px = 8;
 /// Patches above this size are cut at multiples of it, so that blocks of that size lie in one patch.
 inline constexpr int block_px = 64;
 
-/// Maps the image to `projection`'s CRS within `tolerance_px` of backward error: the distance, in the image, between a pixel
-/// and the exact projection of the ground point used for it.
+/// Maps the image to `projection`'s CRS within `tolerance_px` of backward error: the distance, in the image, between a
+/// pixel and the exact projection of the ground point used for it.
 ///
 /// One homography through the corners where that holds; else the image is cut in halves until it does. Each is checked
-/// against the exact chain at its centre, its edges' middles and the quarter points, where the difference of a smooth mapping
-/// from the homography through its corners peaks, with half the tolerance as margin for peaks between them.
+/// against the exact chain at its centre, its edges' middles and the quarter points, where the difference of a smooth
+/// mapping from the homography through its corners peaks, with half the tolerance as margin for peaks between them.
 /// `extents`: where the maps are, for leaving out what sees none of them; nothing is left out where it is empty.
 PatchMapping map_patches(const ExactChain& chain, const geodesy::Projection& projection, double tolerance_px,
                          const std::vector<PlaneExtent>& extents);
 
 /// Where a rectangle of CRS coordinates lies on the plane, with 1 % added to each side: its outline's bounds.
-PlaneExtent plane_extent(const Plane& plane, const geodesy::Projection& projection, const Eigen::Affine2d& crs_from_texel,
-                         double width, double height);
+PlaneExtent plane_extent(const Plane& plane, const geodesy::Projection& projection,
+                         const Eigen::Affine2d& crs_from_texel, double width, double height);
 
 }  // namespace nadir::render

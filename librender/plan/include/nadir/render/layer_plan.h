@@ -22,10 +22,10 @@ struct PlannedBlock {
 /// How one layer of a frame will be made. What sees nothing has no block.
 struct LayerPlan {
   std::vector<PlannedBlock> blocks;
-  std::int64_t pixels_sampled = 0, samples = 0;    // bilinear samples, each of one or two levels
+  std::int64_t pixels_sampled = 0, samples = 0;  // bilinear samples, each of one or two levels
   std::int64_t pixels_no_ground = 0, pixels_off_map = 0;
-  int finest_level = 0, coarsest_level = 0;        // that any block may sample
-  bool undersampled = false;                       // some block is: the map has too few levels for this view
+  int finest_level = 0, coarsest_level = 0;  // that any block may sample
+  bool undersampled = false;                 // some block is: the map has too few levels for this view
 };
 
 /// Samples taken at most along one side of a pixel. A map with levels never needs as many.

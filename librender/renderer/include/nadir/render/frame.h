@@ -28,7 +28,7 @@ struct FrameCounters {
   std::int64_t projection_points = 0;  // of them, through the projection library, and for truth and culling
   std::int64_t cells = 0, cells_loaded = 0;
   std::int64_t windows_read = 0, samples_read = 0;  // from maps
-  std::int64_t samples = 0;            // bilinear or nearest samples taken
+  std::int64_t samples = 0;                         // bilinear or nearest samples taken
   std::int64_t passes = 0;
 };
 

@@ -24,7 +24,7 @@ Result<OffMap> parse_off_map(std::string_view text);
 
 struct RenderOptions {
   Quality quality = Quality::balanced;
-  std::optional<Filter> filter;        // instead of the quality's; labels are always sampled nearest
+  std::optional<Filter> filter;         // instead of the quality's; labels are always sampled nearest
   double geometry_tolerance_px = 0.05;  // backward error, in (0, 1]
   OffMap off_map = OffMap::Mask;
   double fill_value = 0;  // with OffMap::Fill
@@ -46,7 +46,8 @@ class Renderer {
   Renderer& operator=(Renderer&&) noexcept;
 
   /// One frame with all layers of the scene. The same bytes for any thread count, budget and history.
-  Result<Frame> render(const Scene& scene, const Camera& camera, const CameraPose& ecef_from_camera, const RenderOptions& options = {});
+  Result<Frame> render(const Scene& scene, const Camera& camera, const CameraPose& ecef_from_camera,
+                       const RenderOptions& options = {});
 
   tile::CacheCounters cache_counters() const;
 

@@ -16,7 +16,7 @@ struct LayerOptions {
   tile::Role role = tile::Role::Optical;
   std::vector<int> bands;  // data bands, numbers from 1, in the order of the frame; all where empty
   std::optional<tile::RadarScale> radar_scale;  // of role Radar; else tile::usual_radar_scale
-  std::optional<Output> output;           // by default the map's own type and values
+  std::optional<Output> output;                 // by default the map's own type and values
 };
 
 /// A map in a scene, with its part of the plan that no frame changes.
@@ -38,8 +38,8 @@ class Scene {
   static Scene plane(const geodesy::Geodetic& origin, const PlaneOptions& options);
   static Scene plane(const Plane& surface) { return Scene(surface); }
 
-  /// This scene and one more layer. What is wrong with it (an unknown band, a name taken) is reported by `check`, and by
-  /// whoever renders the scene.
+  /// This scene and one more layer. What is wrong with it (an unknown band, a name taken) is reported by `check`, and
+  /// by whoever renders the scene.
   Scene with_layer(std::string name, const tile::Map& map, LayerOptions options = {}) const;
 
   Result<void> check() const;

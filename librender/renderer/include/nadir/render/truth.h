@@ -12,14 +12,15 @@
 
 namespace nadir::render {
 
-/// What is known exactly about one layer of one frame. Matrices and pixel positions are for coordinates that put the centre of
-/// the first pixel at (0, 0), as OpenCV and ROS do; texel and uv footprints count from the map's outer corner.
+/// What is known exactly about one layer of one frame. Matrices and pixel positions are for coordinates that put the
+/// centre of the first pixel at (0, 0), as OpenCV and ROS do; texel and uv footprints count from the map's outer
+/// corner.
 struct Truth {
   CameraPose ecef_from_camera;
   geodesy::Pose<geodesy::frame::Enu, geodesy::frame::Camera> enu_from_camera;  // at the scene origin
-  geodesy::Geodetic position;           // of the camera
-  geodesy::YawPitchRoll attitude;       // of the vehicle that would carry the camera in the default mount, at its position
-  double height_agl_m = 0;              // above the surface
+  geodesy::Geodetic position;                                                  // of the camera
+  geodesy::YawPitchRoll attitude;  // of the vehicle that would carry the camera in the default mount, at its position
+  double height_agl_m = 0;         // above the surface
 
   int width = 0, height = 0;
   Eigen::Matrix3d camera_matrix = Eigen::Matrix3d::Identity();
@@ -27,24 +28,26 @@ struct Truth {
   std::string map_path, map_crs, map_acquired;
   double map_gsd_m = 0;  // side of a texel, true metres at the map's centre
 
-  /// Through the four outer corners of the image. Empty where one sees no ground, or the map's CRS is not defined there.
+  /// Through the four outer corners of the image. Empty where one sees no ground, or the map's CRS is not defined
+  /// there.
   std::optional<Eigen::Matrix3d> map_pixel_from_image_pixel, image_pixel_from_map_pixel;
-  std::optional<double> homography_max_error_px;  // greatest distance, in image pixels, from the exact chain on a 9x9 grid
+  std::optional<double>
+      homography_max_error_px;  // greatest distance, in image pixels, from the exact chain on a 9x9 grid
 
   Footprint footprint;
   std::array<std::optional<Eigen::Vector2d>, 4> footprint_texel, footprint_uv;
 
   double valid_fraction = 0;
-  std::optional<double> image_gsd_m;  // at the image's middle, on the surface; empty where that sees no ground
+  std::optional<double> image_gsd_m;    // at the image's middle, on the surface; empty where that sees no ground
   std::optional<double> magnification;  // map texels over image pixels, as lengths on the ground
 
   Quality quality = Quality::balanced;
   Filter filter = Filter::Mip;
   int finest_level = 0, coarsest_level = 0;
-  std::int64_t tiles = 0;            // cells sampled from
-  bool undersampled = false;         // the map has too few levels for this view
-  double geometry_error_px = 0;      // greatest found where the mapping was checked
-  double render_ms = 0;              // of the whole frame, all layers
+  std::int64_t tiles = 0;        // cells sampled from
+  bool undersampled = false;     // the map has too few levels for this view
+  double geometry_error_px = 0;  // greatest found where the mapping was checked
+  double render_ms = 0;          // of the whole frame, all layers
 };
 
 /// All of it that depends on geometry alone.

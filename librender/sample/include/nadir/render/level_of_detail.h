@@ -18,15 +18,16 @@ double level_coordinate(std::span<const tile::Level> levels, double texels);
 
 /// How a pixel's footprint is averaged: a grid of bilinear samples, each from the level whose texels it spans.
 struct SamplePattern {
-  double texels = 1;                 // side of what one sample stands for, level-0 texels
+  double texels = 1;                    // side of what one sample stands for, level-0 texels
   double samples_x = 1, samples_y = 1;  // wanted across the pixel's width and height, before rounding
 };
 
-/// `jacobian`: its columns are the steps on level 0, in texels, for a pixel's width and height; its singular values are the
-/// footprint's axes. Each sample stands for the shorter one divided by `oversampling`, or for 1/`most_samples` of the
-/// longer, whichever is more, but for no more than a texel of the coarsest level. Continuous in the Jacobian, so that
-/// levels show no seam.
-SamplePattern footprint_samples(const Eigen::Matrix2d& jacobian, double oversampling, int most_samples, double coarsest_texels);
+/// `jacobian`: its columns are the steps on level 0, in texels, for a pixel's width and height; its singular values are
+/// the footprint's axes. Each sample stands for the shorter one divided by `oversampling`, or for 1/`most_samples` of
+/// the longer, whichever is more, but for no more than a texel of the coarsest level. Continuous in the Jacobian, so
+/// that levels show no seam.
+SamplePattern footprint_samples(const Eigen::Matrix2d& jacobian, double oversampling, int most_samples,
+                                double coarsest_texels);
 
 /// Geometric mean of the footprint's axes, for one sample a pixel.
 double footprint_side(const Eigen::Matrix2d& jacobian);

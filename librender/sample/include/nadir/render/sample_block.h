@@ -25,13 +25,14 @@ struct BlockSampling {
   // Level-0 texel of an image point: texel_origin + apply(texel_from_image, point - block's corner), ...
   Eigen::Matrix3d texel_from_image = Eigen::Matrix3d::Identity();
   Eigen::Vector2d texel_origin = Eigen::Vector2d::Zero();
-  // ... or, where this is not empty, given for each pixel centre, NaN where no ground is seen, with one Jacobian for all.
+  // ... or, where this is not empty, given for each pixel centre, NaN where no ground is seen, with one Jacobian for
+  // all.
   std::span<const Eigen::Vector2d> texels;
   Eigen::Matrix2d jacobian = Eigen::Matrix2d::Zero();
 
   std::array<double, 4> level_at_corner{};  // top left, top right, bottom right, bottom left; between them bilinear
   int samples_x = 1, samples_y = 1;         // a grid of bilinear samples within each pixel
-  bool nearest = false;                     // the texel that holds the pixel's centre, at the level nearest to the coordinate
+  bool nearest = false;  // the texel that holds the pixel's centre, at the level nearest to the coordinate
 
   double map_width = 0, map_height = 0;  // level-0 texels
   bool inside = false;                   // every pixel centre lies on the map
@@ -41,11 +42,12 @@ struct BlockSampling {
 
 /// Samples a block, the definition in plain arithmetic.
 ///
-/// Each pixel is the mean of its samples; each sample is bilinear in the two levels around the level coordinate, blended
-/// linearly. Invalid texels take no part; a pixel is valid where valid texels carry at least half of its weight and its
-/// centre is on the map. An invalid pixel's samples are 0.
-/// `out`: the block's first sample in a frame of `stride_px` pixels a row, bands interleaved, of the source's type;
-/// `validity`: likewise, one byte a pixel, 1 or 0. Integers are rounded to nearest, ties up.
-void sample_block(const BlockSampling& block, const tile::CellSource& source, void* out, std::uint8_t* validity, std::size_t stride_px);
+/// Each pixel is the mean of its samples; each sample is bilinear in the two levels around the level coordinate,
+/// blended linearly. Invalid texels take no part; a pixel is valid where valid texels carry at least half of its weight
+/// and its centre is on the map. An invalid pixel's samples are 0. `out`: the block's first sample in a frame of
+/// `stride_px` pixels a row, bands interleaved, of the source's type; `validity`: likewise, one byte a pixel, 1 or 0.
+/// Integers are rounded to nearest, ties up.
+void sample_block(const BlockSampling& block, const tile::CellSource& source, void* out, std::uint8_t* validity,
+                  std::size_t stride_px);
 
 }  // namespace nadir::render

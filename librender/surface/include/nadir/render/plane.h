@@ -6,8 +6,8 @@
 
 namespace nadir::render {
 
-/// The ground as a plane: tangent to the ellipsoid below the scene origin, raised to a height. It leaves the ellipsoid by
-/// d^2 / 2R at distance d: 2 cm at 500 m, 8 m at 10 km.
+/// The ground as a plane: tangent to the ellipsoid below the scene origin, raised to a height. It leaves the ellipsoid
+/// by d^2 / 2R at distance d: 2 cm at 500 m, 8 m at 10 km.
 class Plane {
  public:
   /// `height_m`: of the plane above the ellipsoid at the origin.
@@ -19,10 +19,10 @@ class Plane {
   /// The plane's up coordinate in that frame.
   double up_m() const { return height_m_ - frame_.origin().height_m; }
 
-  /// First hit of the ray from `from` along `direction` (of any length); empty where it looks away from the plane's upper
-  /// side or starts below it.
-  std::optional<geodesy::Point<geodesy::frame::Enu>> hit(const geodesy::Point<geodesy::frame::Enu>& from,
-                                                         const geodesy::Direction<geodesy::frame::Enu>& direction) const;
+  /// First hit of the ray from `from` along `direction` (of any length); empty where it looks away from the plane's
+  /// upper side or starts below it.
+  std::optional<geodesy::Point<geodesy::frame::Enu>> hit(
+      const geodesy::Point<geodesy::frame::Enu>& from, const geodesy::Direction<geodesy::frame::Enu>& direction) const;
 
   /// The plane's point that stands over (or under) a place, along the ellipsoid's normal there: where it appears on a
   /// map. Empty for places from a quarter turn away on, which the plane does not reach.

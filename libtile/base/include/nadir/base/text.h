@@ -24,7 +24,8 @@ template <class Enum, std::size_t N>
 Result<Enum> parse_name(std::string_view what, std::string_view name, const std::array<std::string_view, N>& names) {
   for (std::size_t i = 0; i < N; ++i)
     if (names[i] == name) return static_cast<Enum>(i);
-  return fail(Error::Kind::NotFound, "no " + std::string(what) + " '" + std::string(name) + "'" + suggestion(name, names));
+  return fail(Error::Kind::NotFound,
+              "no " + std::string(what) + " '" + std::string(name) + "'" + suggestion(name, names));
 }
 
 /// The finite number that the whole of `text` (blanks around it allowed) spells, independent of locale.

@@ -14,10 +14,10 @@ namespace nadir {
 
 /// A map in a YAML file that people write, read with every key checked.
 ///
-/// Each getter names a key that may be there; what is there and was never asked for is a fault, reported with the nearest
-/// name that was. Getters give nothing where the key is missing; where its value is of the wrong kind they note a
-/// fault too. `finish` tells all faults of the file at once, in the order of their lines.
-/// Copies and sub-maps share the file's list of faults. One thread at a time.
+/// Each getter names a key that may be there; what is there and was never asked for is a fault, reported with the
+/// nearest name that was. Getters give nothing where the key is missing; where its value is of the wrong kind they note
+/// a fault too. `finish` tells all faults of the file at once, in the order of their lines. Copies and sub-maps share
+/// the file's list of faults. One thread at a time.
 class YamlMap {
  public:
   /// `file` is for messages.
@@ -34,8 +34,8 @@ class YamlMap {
   std::optional<std::vector<double>> numbers(std::string_view key) const;
   std::optional<std::vector<std::string>> texts(std::string_view key) const;
   std::optional<YamlMap> map(std::string_view key) const;
-  std::vector<YamlMap> maps(std::string_view key) const;                 // a list of maps
-  std::vector<std::pair<std::string, YamlMap>> entries() const;          // of a map whose keys users choose
+  std::vector<YamlMap> maps(std::string_view key) const;         // a list of maps
+  std::vector<std::pair<std::string, YamlMap>> entries() const;  // of a map whose keys users choose
 
   /// Notes what is wrong with the value of a key.
   void fault(std::string_view key, const std::string& message) const;

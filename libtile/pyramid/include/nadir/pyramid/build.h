@@ -24,10 +24,10 @@ struct BuildOptions {
   std::filesystem::path output;  // missing folders are made
   bool force = false;            // replace an output that is there
 
-  std::vector<std::string> bands;         // names, or numbers from 1; empty: all. Alpha always stays.
+  std::vector<std::string> bands;               // names, or numbers from 1; empty: all. Alpha always stays.
   std::optional<tile::Role> role;               // else the source's own, else averaged as optical imagery is
   std::optional<tile::RadarScale> radar_scale;  // else Decibel for floating-point radar, Linear for other
-  std::optional<int> zoom;                // of XYZ folders; else the deepest there
+  std::optional<int> zoom;                      // of XYZ folders; else the deepest there
 
   Compression compression = Compression::Zstd;
   std::optional<int> quality;  // Jpeg and Webp, 1 to 100, else 90; Webp is lossless at 100
@@ -38,8 +38,9 @@ struct BuildOptions {
   std::string acquired;  // ISO 8601: 2014-07-20, or 2014-07-20T17:05:00Z
   std::string attribution, licence;
 
-  int threads = 0;                         // that compress; 0: one a core
-  std::uint64_t memory_bytes = 512 << 20;  // for GDAL's blocks, in the whole process; a GDAL_CACHEMAX set by the user wins
+  int threads = 0;  // that compress; 0: one a core
+  std::uint64_t memory_bytes =
+      512 << 20;  // for GDAL's blocks, in the whole process; a GDAL_CACHEMAX set by the user wins
   bool show_progress = true;
 };
 

@@ -41,7 +41,7 @@ class CellCache {
   bool make_room(std::uint64_t bytes);  // with mutex_ held
 
   const std::uint64_t budget_bytes_;
-  mutable std::mutex mutex_;           // guards what follows; never held while a cell is read
+  mutable std::mutex mutex_;  // guards what follows; never held while a cell is read
   std::condition_variable loaded_;
   std::map<CellKey, Slot> slots_;
   std::list<CellKey> by_age_;  // most recently used first; loaded cells only

@@ -10,8 +10,8 @@ namespace nadir::tile {
 
 /// How stored values become what may be averaged.
 enum class Domain {
-  Linear,    // stored values themselves
-  Decibel,   // stored as dB, held and averaged in power, as Float32
+  Linear,   // stored values themselves
+  Decibel,  // stored as dB, held and averaged in power, as Float32
 };
 
 /// Cells of some bands of a map, in one domain.

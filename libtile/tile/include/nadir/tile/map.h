@@ -23,8 +23,8 @@ struct Texels {
   SampleType type = SampleType::UInt8;
   int bands = 0;
   Window window;
-  std::vector<std::byte> samples;       // window.height * window.width * bands, native byte order
-  std::vector<std::uint8_t> validity;   // window.height * window.width, 1 valid, 0 not; empty where all are valid
+  std::vector<std::byte> samples;      // window.height * window.width * bands, native byte order
+  std::vector<std::uint8_t> validity;  // window.height * window.width, 1 valid, 0 not; empty where all are valid
 };
 
 /// What a map has cost so far.
@@ -36,9 +36,9 @@ struct MapCounters {
 /// A georeferenced raster with levels, on disk.
 ///
 /// Whatever GDAL opens; texels are read when asked for, and only the bands asked for. A texel is invalid where
-/// the file's mask (of any band read, where each has its own) or alpha band is below half, where every band read equals its nodata value, or where
-/// any sample read is not finite.
-/// Cheap to copy: copies share the open file. Thread-safe; each reading thread gets its own GDAL handle.
+/// the file's mask (of any band read, where each has its own) or alpha band is below half, where every band read equals
+/// its nodata value, or where any sample read is not finite. Cheap to copy: copies share the open file. Thread-safe;
+/// each reading thread gets its own GDAL handle.
 class Map {
  public:
   /// Fails where there is no such raster, or it lacks a georeference that PROJ can relate to WGS-84.

@@ -14,8 +14,8 @@ namespace nadir::tile {
 /// One resolution of a map. Level 0 is full resolution; sizes come from the file.
 /// A level-k texel coordinate is the level-0 coordinate divided by texels_x, texels_y.
 struct Level {
-  std::int32_t width = 0, height = 0;    // texels
-  double texels_x = 1, texels_y = 1;     // level-0 texels to one of this level's: size_0 / size_k
+  std::int32_t width = 0, height = 0;            // texels
+  double texels_x = 1, texels_y = 1;             // level-0 texels to one of this level's: size_0 / size_k
   std::int32_t tile_width = 0, tile_height = 0;  // block as stored, texels
 };
 

@@ -17,6 +17,8 @@ std::string_view to_string(RadarScale scale);  // "decibel"
 Result<RadarScale> parse_radar_scale(std::string_view name);
 
 /// What a radar map that does not say is taken for: archives deliver dB as floats, amplitudes as integers.
-constexpr RadarScale usual_radar_scale(bool floating_point) { return floating_point ? RadarScale::Decibel : RadarScale::Linear; }
+constexpr RadarScale usual_radar_scale(bool floating_point) {
+  return floating_point ? RadarScale::Decibel : RadarScale::Linear;
+}
 
 }  // namespace nadir::tile

@@ -29,10 +29,14 @@ inline constexpr SampleType sample_type_of<float> = SampleType::Float32;
 template <class F>
 decltype(auto) with_sample_type(SampleType type, F&& f) {
   switch (type) {
-    case SampleType::Int16: return f(std::int16_t{});
-    case SampleType::UInt16: return f(std::uint16_t{});
-    case SampleType::Float32: return f(float{});
-    case SampleType::UInt8: break;
+    case SampleType::Int16:
+      return f(std::int16_t{});
+    case SampleType::UInt16:
+      return f(std::uint16_t{});
+    case SampleType::Float32:
+      return f(float{});
+    case SampleType::UInt8:
+      break;
   }
   return f(std::uint8_t{});
 }

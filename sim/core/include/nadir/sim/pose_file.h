@@ -17,11 +17,14 @@ struct TimedPose {
 };
 
 /// Reads a pose file: CSV with a header, '#' comments and empty lines skipped, times rising. Its columns, in any order:
-///  - `t_s,lat_deg,lon_deg,height_m,yaw_deg,pitch_deg,roll_deg`: the vehicle's pose, on which the camera sits by `mount`.
+///  - `t_s,lat_deg,lon_deg,height_m,yaw_deg,pitch_deg,roll_deg`: the vehicle's pose, on which the camera sits by
+///  `mount`.
 ///    A height may carry a datum: `120 agl`, `85.2 msl`.
-///  - `t_s,x_m,y_m,z_m,qx,qy,qz,qw`: enu_from_camera at the scene origin; unit quaternions (Hamilton) to within 1e-3, made
+///  - `t_s,x_m,y_m,z_m,qx,qy,qz,qw`: enu_from_camera at the scene origin; unit quaternions (Hamilton) to within 1e-3,
+///  made
 ///    exact. `mount` does not apply.
 /// A fault is reported with its line.
-Result<std::vector<TimedPose>> read_pose_file(const std::filesystem::path& path, const render::Plane& ground, const render::Mount& mount);
+Result<std::vector<TimedPose>> read_pose_file(const std::filesystem::path& path, const render::Plane& ground,
+                                              const render::Mount& mount);
 
 }  // namespace nadir::sim

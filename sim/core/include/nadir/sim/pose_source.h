@@ -13,12 +13,12 @@ namespace nadir::sim {
 /// What a flown vehicle knows of itself beyond its pose.
 struct FlightData {
   Eigen::Vector3d velocity_ned_mps = Eigen::Vector3d::Zero();
-  Eigen::Vector3d rates_radps = Eigen::Vector3d::Zero();           // body axes
-  Eigen::Vector3d specific_force_mps2 = Eigen::Vector3d::Zero();   // body axes: what accelerometers feel
+  Eigen::Vector3d rates_radps = Eigen::Vector3d::Zero();          // body axes
+  Eigen::Vector3d specific_force_mps2 = Eigen::Vector3d::Zero();  // body axes: what accelerometers feel
   Eigen::Vector3d wind_ned_mps = Eigen::Vector3d::Zero();
   double airspeed_mps = 0, alpha_rad = 0, beta_rad = 0;
   double elevator_rad = 0, aileron_rad = 0, rudder_rad = 0, throttle = 0;
-  double commanded_height_m = 0;     // above the tangent plane at the scene origin
+  double commanded_height_m = 0;  // above the tangent plane at the scene origin
   double off_path_right_m = 0, off_path_above_m = 0;
 };
 
@@ -44,6 +44,7 @@ class PoseSource {
 };
 
 /// Of a pose of the body in ECEF.
-VehicleState vehicle_state(std::int64_t time_ns, const geodesy::Pose<geodesy::frame::Ecef, geodesy::frame::Body>& ecef_from_body);
+VehicleState vehicle_state(std::int64_t time_ns,
+                           const geodesy::Pose<geodesy::frame::Ecef, geodesy::frame::Body>& ecef_from_body);
 
 }  // namespace nadir::sim

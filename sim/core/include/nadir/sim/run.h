@@ -30,7 +30,7 @@ struct PreparedVehicle {
 /// What a run cost and saw.
 struct RunSummary {
   std::int64_t frames = 0, rejected = 0;
-  double seconds = 0;  // of the machine's clock
+  double seconds = 0;                                 // of the machine's clock
   std::vector<std::string> plan_done, plan_left_out;  // of the first frame of each sensor
 };
 

@@ -34,8 +34,8 @@ struct OriginSetup {
 };
 
 struct SceneSetup {
-  std::optional<OriginSetup> origin;  // else the first layer's centre at ground height
-  geodesy::TypedHeight ground;        // of the plane
+  std::optional<OriginSetup> origin;                      // else the first layer's centre at ground height
+  geodesy::TypedHeight ground;                            // of the plane
   std::vector<std::pair<std::string, MapSetup>> layers;   // the sensor source: what cameras see
   std::vector<std::pair<std::string, MapSetup>> onboard;  // the onboard reference: what a navigation system carries
 };
@@ -44,10 +44,10 @@ struct SensorSetup {
   std::string layer, camera;
   Rate rate;
   std::string rate_text = "1";
-  std::array<double, 3> mount_position_m{};           // forward, right, down
-  std::array<double, 3> mount_yaw_pitch_roll_deg{};   // as typed: replaying a run must not lose a digit
-  std::optional<tile::SampleType> output;             // else the layer's own
-  std::optional<std::pair<double, double>> range;     // map values that become the output's lowest and highest
+  std::array<double, 3> mount_position_m{};          // forward, right, down
+  std::array<double, 3> mount_yaw_pitch_roll_deg{};  // as typed: replaying a run must not lose a digit
+  std::optional<tile::SampleType> output;            // else the layer's own
+  std::optional<std::pair<double, double>> range;    // map values that become the output's lowest and highest
   render::OffMap off_map = render::OffMap::Mask;
   double fill_value = 0;
 
@@ -70,8 +70,8 @@ struct VehicleSetup {
   std::vector<std::pair<std::string, SensorSetup>> sensors;
 };
 
-/// Everything that a run depends on. Read from YAML with every key checked; written back complete with defaults, so that it
-/// can be replayed to the same bytes.
+/// Everything that a run depends on. Read from YAML with every key checked; written back complete with defaults, so
+/// that it can be replayed to the same bytes.
 struct RunFile {
   std::uint64_t seed = 0;
   std::string epoch_utc = "2000-01-01T00:00:00Z";

@@ -22,9 +22,9 @@ struct Rate {
 
 /// Runs parts of a simulation, each at its own rate, in lock step on one clock of whole nanoseconds.
 ///
-/// What falls on one instant runs in the order of `Stage`, then in the order of addition: the same sequence in every run.
-/// Nothing here reads a clock of the machine, but for pacing, which delays and decides nothing.
-/// One thread at a time.
+/// What falls on one instant runs in the order of `Stage`, then in the order of addition: the same sequence in every
+/// run. Nothing here reads a clock of the machine, but for pacing, which delays and decides nothing. One thread at a
+/// time.
 class Scheduler {
  public:
   /// What happens at one instant: first decisions on what is known, then observations, then motion on to the next.

@@ -14,12 +14,13 @@ struct FrameEvent {
   const std::string& vehicle;
   const std::string& sensor;
   const VehicleState& state;
-  const render::Frame* frame;       // its one layer has the sensor's name; null where it was rejected or nothing is rendered
-  const render::Truth& truth;       // the frame's, else its geometry alone
-  const std::string& rejected;      // why; empty where it was not
+  const render::Frame* frame;  // its one layer has the sensor's name; null where it was rejected or nothing is rendered
+  const render::Truth& truth;  // the frame's, else its geometry alone
+  const std::string& rejected;  // why; empty where it was not
 };
 
-/// Where a run goes: a dataset, a report, a bridge to another program. Called in the order of simulated time, from one thread.
+/// Where a run goes: a dataset, a report, a bridge to another program. Called in the order of simulated time, from one
+/// thread.
 class Sink {
  public:
   virtual ~Sink() = default;

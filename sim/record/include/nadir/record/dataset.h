@@ -16,12 +16,16 @@
 
 namespace nadir::record {
 
+/// Makes room for a run: a folder with content is refused unless `force` is set, and then an earlier dataset in it
+/// goes.
+Result<void> clear_dataset(const std::filesystem::path& folder, bool force);
+
 /// A folder of frames and their truth: frames/<vehicle>/<sensor>/<nanoseconds>.{png,tif}, camera/, frames.jsonl.
 ///
 /// uint8 and uint16 of up to four bands become PNG, all else TIFF. Invalid pixels are told by a mask beside the frame
-/// (<nanoseconds>.mask.png, 255 valid, 0 not), written where there are any. Images are written in the background, two frames
-/// behind at most; a frame's record is written after its image, so that what frames.jsonl lists is there.
-/// One thread at a time.
+/// (<nanoseconds>.mask.png, 255 valid, 0 not), written where there are any. Images are written in the background, two
+/// frames behind at most; a frame's record is written after its image, so that what frames.jsonl lists is there. One
+/// thread at a time.
 class Dataset {
  public:
   /// Makes the folder. A folder with content is refused, unless `force` is set: then an earlier dataset's frames,
@@ -34,7 +38,8 @@ class Dataset {
 
   /// Each layer is a sensor of that name. `masks`: write masks; else invalid pixels stand as they are.
   Result<void> add(render::Frame frame, std::int64_t time_ns, const std::string& vehicle, bool masks);
-  Result<void> add_rejected(const std::vector<std::string>& sensors, std::int64_t time_ns, const std::string& vehicle, const std::string& reason);
+  Result<void> add_rejected(const std::vector<std::string>& sensors, std::int64_t time_ns, const std::string& vehicle,
+                            const std::string& reason);
 
   /// Waits until all is written. Must be called; until then the last frames may be missing.
   Result<void> finish();
@@ -48,7 +53,7 @@ class Dataset {
     void operator()(std::FILE* file) const noexcept { std::fclose(file); }
   };
   std::unique_ptr<std::FILE, CloseFile> records_;
-  std::uintmax_t records_bytes_ = 0;  // of whole records
+  std::uintmax_t records_bytes_ = 0;                      // of whole records
   std::deque<std::future<Result<std::string>>> pending_;  // each gives its frame's records
 };
 

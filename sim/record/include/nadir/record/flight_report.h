@@ -27,11 +27,14 @@ class FlightReport final : public sim::Sink {
 
   /// What was flown and seen so far; `summary` is of Run::execute. Pictures go to `folder`/pictures.
   /// `frames`: the frames were rendered; else it is a rehearsal.
-  Result<void> write(render::Renderer& renderer, const std::filesystem::path& folder, const sim::RunSummary& summary, bool frames) const;
+  Result<void> write(render::Renderer& renderer, const std::filesystem::path& folder, const sim::RunSummary& summary,
+                     bool frames) const;
 
-  /// Largest distances from the path that was to be flown, metres; 0 where nothing is flown. The first `settle_s` do not count.
-  double worst_cross_track_m(double settle_s) const;
-  double worst_height_error_m(double settle_s) const;
+  /// Largest distances from the path that was to be flown, metres; 0 where nothing is flown. The first `settle_s` do
+  /// not count: a vehicle starts with its nose along the path, and the wind turns it first.
+  double worst_cross_track_m() const;
+  double worst_height_error_m() const;
+  double settle_s() const;  // 5, and 0 for flights of less than 10 s
   std::vector<double> frame_ms() const;
   double mean_valid_fraction() const;
   /// Of one sensor, by "vehicle/sensor".

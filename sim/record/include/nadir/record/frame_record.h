@@ -15,7 +15,8 @@ struct FrameFile {
   std::int64_t time_ns = 0;
 };
 
-/// "xxh3:<16 hex digits>": XXH3-64 of a layer's samples, in rows from the top, little-endian, then of its validity bytes.
+/// "xxh3:<16 hex digits>": XXH3-64 of a layer's samples, in rows from the top, little-endian, then of its validity
+/// bytes.
 std::string checksum(const render::FrameLayer& layer);
 
 /// One line of frames.jsonl, without the line feed: all of a frame's truth. `frames.schema.json` describes it.

@@ -20,9 +20,11 @@ class Overview {
   void add(const render::Truth& truth, std::int64_t time_ns);
 
   /// Thumbnails of a layer's frames.
-  Result<void> write_contact_sheet(render::Renderer& renderer, const render::Layer& layer, const std::filesystem::path& path) const;
+  Result<void> write_contact_sheet(render::Renderer& renderer, const render::Layer& layer,
+                                   const std::filesystem::path& path) const;
   /// The camera's path and the outlines of what it saw, over the layer's map.
-  Result<void> write_footprints(render::Renderer& renderer, const render::Layer& layer, const std::filesystem::path& path) const;
+  Result<void> write_footprints(render::Renderer& renderer, const render::Layer& layer,
+                                const std::filesystem::path& path) const;
 
   const render::Scene& scene() const { return scene_; }
 

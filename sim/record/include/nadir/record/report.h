@@ -34,7 +34,8 @@ struct ChartPoint {
 /// A line through points in their order; x is meant to rise.
 ///
 /// A value that is NaN, infinite or beyond 1e290 breaks the line, and a point without neighbours is a dot. Of more
-/// than 1500 points those are drawn that carry the shape: no least or greatest value of a stretch is lost, and no break.
+/// than 1500 points those are drawn that carry the shape: no least or greatest value of a stretch is lost, and no
+/// break.
 struct Series {
   std::string name;
   std::vector<ChartPoint> points;

@@ -38,8 +38,8 @@ class FrameSink final : public sim::Sink {
   Dataset& dataset_;
 };
 
-/// Writes telemetry/<vehicle>/state.csv: time, pose in WGS-84 and in the scene, and what a flown vehicle knows of itself.
-/// Angles in degrees, all else SI, every digit kept.
+/// Writes telemetry/<vehicle>/state.csv: time, pose in WGS-84 and in the scene, and what a flown vehicle knows of
+/// itself. Angles in degrees, all else SI, every digit kept.
 class TelemetrySink final : public sim::Sink {
  public:
   TelemetrySink(const sim::Run& run, std::filesystem::path folder) : run_(run), folder_(std::move(folder)) {}
@@ -52,11 +52,11 @@ class TelemetrySink final : public sim::Sink {
   std::map<std::string, LineFile> files_;
 };
 
-/// Writes truth_rows/<vehicle>/<sensor>.txt: the 34 numbers a frame that the 2022 plugin's data set had: frame number; pose, 4x4
-/// row-major, whose upper left takes the world (x east, y north, z up at the scene origin) to the camera turned by half a turn
-/// about its axis, and whose last column is the camera's position in the world; homography from image to map pixels, 3x3
-/// row-major; map pixels of the footprint's corners, x then y, in the order top left, top right, bottom left, bottom right.
-/// Pixel centres at integers. A frame without a homography has no row.
+/// Writes truth_rows/<vehicle>/<sensor>.txt: the 34 numbers a frame that the 2022 plugin's data set had: frame number;
+/// pose, 4x4 row-major, whose upper left takes the world (x east, y north, z up at the scene origin) to the camera
+/// turned by half a turn about its axis, and whose last column is the camera's position in the world; homography from
+/// image to map pixels, 3x3 row-major; map pixels of the footprint's corners, x then y, in the order top left, top
+/// right, bottom left, bottom right. Pixel centres at integers. A frame without a homography has no row.
 class TruthRowSink final : public sim::Sink {
  public:
   explicit TruthRowSink(std::filesystem::path folder) : folder_(std::move(folder)) {}
