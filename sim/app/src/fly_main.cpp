@@ -72,9 +72,10 @@ void print_summary(const FlyArguments& arguments, const sim::Run& run, const sim
         static_cast<double>(summary.frames) / std::max(summary.seconds, 1e-9), median,
         100 * report.mean_valid_fraction());
   if (summary.rejected > 0) fmt::print("{} exposures were rejected: they look beyond the map\n", summary.rejected);
-  fmt::print("at most {:.1f} m off the path and {:.1f} m off its height{}\n", report.worst_cross_track_m(),
-             report.worst_height_error_m(),
-             report.settle_s() > 0 ? fmt::format(", after the first {} s", report.settle_s()) : "");
+  if (report.flown())
+    fmt::print("at most {:.1f} m off the path and {:.1f} m off its height{}\n", report.worst_cross_track_m(),
+               report.worst_height_error_m(),
+               report.settle_s() > 0 ? fmt::format(", after the first {} s", report.settle_s()) : "");
   for (const auto& [sensor, excursions] : report.excursions())
     for (const record::Excursion& e : excursions)
       fmt::print("{} leaves the map from {:.2f} s to {:.2f} s ({} exposures)\n", sensor,

@@ -112,6 +112,10 @@ Result<void> FlightReport::on_frame(const sim::FrameEvent& event) {
   return {};
 }
 
+bool FlightReport::flown() const {
+  return std::any_of(vehicles_.begin(), vehicles_.end(), [](const VehicleLog& log) { return log.flown; });
+}
+
 double FlightReport::settle_s() const { return run_.file().duration_ns >= 10'000'000'000 ? 5 : 0; }
 
 double FlightReport::worst_cross_track_m() const {
@@ -194,8 +198,7 @@ Result<void> FlightReport::write(render::Renderer& renderer, const std::filesyst
     report.figures.push_back({"on the map", fmt::format("{:.1f}", 100 * valid), "%", "of all pixels",
                               valid > 0.999 ? Figure::State::Good : Figure::State::Warn});
   }
-  const bool flown = std::any_of(vehicles_.begin(), vehicles_.end(), [](const VehicleLog& log) { return log.flown; });
-  if (flown) {
+  if (flown()) {
     report.figures.push_back({"off the path", fmt::format("{:.1f}", worst_cross_track_m()), "m", when});
     report.figures.push_back({"height error", fmt::format("{:.1f}", worst_height_error_m()), "m", when});
   }

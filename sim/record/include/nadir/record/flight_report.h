@@ -34,6 +34,7 @@ class FlightReport final : public sim::Sink {
   /// not count: a vehicle starts with its nose along the path, and the wind turns it first.
   double worst_cross_track_m() const;
   double worst_height_error_m() const;
+  bool flown() const;       // by a model; recorded poses have no path to be off
   double settle_s() const;  // 5, and 0 for flights of less than 10 s
   std::vector<double> frame_ms() const;
   double mean_valid_fraction() const;
