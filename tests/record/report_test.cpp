@@ -50,6 +50,19 @@ std::vector<Stroke> runs_of(const std::string& path_data) {
   return runs;
 }
 
+/// A tag with its long attribute values emptied where they hold nothing that needs an entity: regular expressions
+/// recurse, and path data are longer than a stack is deep.
+std::string without_long_values(std::string tag) {
+  constexpr std::size_t longest = 200;
+  for (std::size_t begin = tag.find("=\""); begin != std::string::npos; begin = tag.find("=\"", begin + 2)) {
+    const std::size_t end = tag.find('"', begin + 2);
+    if (end == std::string::npos) break;
+    const std::string value = tag.substr(begin + 2, end - begin - 2);
+    if (value.size() > longest && value.find_first_of("<&") == std::string::npos) tag.erase(begin + 2, value.size());
+  }
+  return tag;
+}
+
 /// Why `text` is not a well-formed XML element; empty where it is. Knows what our SVG uses: elements, quoted
 /// attributes, text, the five entities and numeric ones.
 std::string xml_fault(const std::string& text) {
@@ -67,8 +80,7 @@ std::string xml_fault(const std::string& text) {
     const std::size_t end = text.find('>', next);
     if (end == std::string::npos) return "open tag";
     const std::string found = text.substr(next, end - next + 1);
-    // Path data are long and the regular expression recurses: their alphabet is checked apart
-    const std::string shortened = std::regex_replace(found, std::regex(R"re( d="[MhV0-9. ]*")re"), "");
+    const std::string shortened = without_long_values(found);
     std::smatch parts;
     if (!std::regex_match(shortened, parts, tag)) return "bad tag: " + shortened;
     const std::string attributes = parts[3];
