@@ -64,6 +64,83 @@ void finish_invalid(FrameLayer& layer, const RenderOptions& options) {
   });
 }
 
+/// One mapping for all layers of a CRS.
+struct SharedMappings {
+  std::vector<PatchMapping> mappings;
+  std::vector<std::size_t> index;  // of each layer's
+
+  const PatchMapping& of(std::size_t layer) const { return mappings[index[layer]]; }
+  bool is_first(std::size_t layer) const {
+    const auto own = index.begin() + static_cast<std::ptrdiff_t>(layer);
+    return std::find(index.begin(), own, *own) == own;
+  }
+};
+
+SharedMappings share_mappings(const Scene& scene, const ExactChain& chain, double tolerance_px) {
+  SharedMappings shared;
+  const auto projection_of = [&](std::size_t i) -> const geodesy::Projection& {
+    return scene.layers()[i].source->map().projection();
+  };
+  for (std::size_t i = 0; i < scene.layers().size(); ++i) {
+    std::vector<PlaneExtent> extents;
+    std::size_t first = i;
+    for (std::size_t k = 0; k < scene.layers().size(); ++k) {
+      if (!(projection_of(k) == projection_of(i))) continue;
+      first = std::min(first, k);
+      extents.push_back(scene.layers()[k].extent);
+    }
+    if (first < i) {
+      shared.index.push_back(shared.index[first]);
+      continue;
+    }
+    shared.index.push_back(shared.mappings.size());
+    shared.mappings.push_back(map_patches(chain, projection_of(i), tolerance_px, extents));
+  }
+  return shared;
+}
+
+Sampling sampling_of(const Layer& layer, const RenderOptions& options) {
+  Sampling sampling = sampling_for(options.quality);
+  if (options.filter) sampling.filter = *options.filter;
+  if (layer.options.role == tile::Role::Labels) sampling.filter = Filter::Nearest;
+  return sampling;
+}
+
+/// A layer of the frame with its geometric truth, but no pixels yet.
+FrameLayer empty_layer(const Layer& layer, const ExactChain& chain) {
+  FrameLayer out;
+  out.name = layer.name;
+  out.width = chain.camera().width_px();
+  out.height = chain.camera().height_px();
+  out.bands = static_cast<int>(layer.source->bands().size());
+  out.type = layer.source->type();
+  out.truth = geometric_truth(chain, layer.source->map());
+  return out;
+}
+
+void note_plan(const LayerPlan& plan, const PatchMapping& mapping, const Sampling& sampling,
+               const RenderOptions& options, Truth& truth) {
+  truth.quality = options.quality;
+  truth.filter = sampling.filter;
+  truth.finest_level = plan.finest_level;
+  truth.coarsest_level = plan.coarsest_level;
+  truth.undersampled = plan.undersampled;
+  truth.geometry_error_px = mapping.error_px;
+  truth.tiles = count_cells(plan);
+}
+
+/// From map values to what the sensor delivers.
+void finish_layer(const Layer& layer, const RenderOptions& options, FrameLayer& out) {
+  const std::size_t pixels = out.validity.size();
+  if (const auto& output = layer.options.output) {
+    out.samples = convert(out.samples.data(), out.type, pixels * static_cast<std::size_t>(out.bands), *output);
+    out.type = output->type;
+  }
+  finish_invalid(out, options);
+  out.truth.valid_fraction =
+      static_cast<double>(std::count(out.validity.begin(), out.validity.end(), 1)) / static_cast<double>(pixels);
+}
+
 Result<void> check_options(const RenderOptions& options) {
   if (!(options.geometry_tolerance_px > 0 && options.geometry_tolerance_px <= 1))
     return fail(Error::Kind::Malformed, fmt::format("geometry tolerance: expected image pixels in (0, 1], found {}",
@@ -126,27 +203,9 @@ Result<Frame> Renderer::render(const Scene& scene, const Camera& camera, const C
   const WorkTotals before = totals(scene);
   const tile::CacheCounters cache_before = engine_->cache.counters();
 
-  // One mapping for all layers of a CRS
-  std::vector<PatchMapping> mappings;
-  std::vector<std::size_t> mapping_of;
   Frame frame;
-  for (std::size_t i = 0; i < scene.layers().size(); ++i) {
-    const geodesy::Projection& projection = scene.layers()[i].source->map().projection();
-    std::vector<PlaneExtent> extents;
-    std::size_t found = i;
-    for (std::size_t k = 0; k < scene.layers().size(); ++k) {
-      if (!(scene.layers()[k].source->map().projection() == projection)) continue;
-      if (k < i) found = std::min(found, k);
-      extents.push_back(scene.layers()[k].extent);
-    }
-    if (found < i) {
-      mapping_of.push_back(mapping_of[found]);
-      continue;
-    }
-    mapping_of.push_back(mappings.size());
-    mappings.push_back(map_patches(chain, projection, options.geometry_tolerance_px, extents));
-    frame.counters_.exact_points += mappings.back().exact_points;
-  }
+  const SharedMappings shared = share_mappings(scene, chain, options.geometry_tolerance_px);
+  for (const PatchMapping& mapping : shared.mappings) frame.counters_.exact_points += mapping.exact_points;
 
   // Plan each layer
   std::vector<LayerPlan> plans;
@@ -154,28 +213,12 @@ Result<Frame> Renderer::render(const Scene& scene, const Camera& camera, const C
   const std::size_t pixels = static_cast<std::size_t>(camera.width_px()) * static_cast<std::size_t>(camera.height_px());
   for (std::size_t i = 0; i < scene.layers().size(); ++i) {
     const Layer& layer = scene.layers()[i];
-    Sampling sampling = sampling_for(options.quality);
-    if (options.filter) sampling.filter = *options.filter;
-    if (layer.options.role == tile::Role::Labels) sampling.filter = Filter::Nearest;
-
-    FrameLayer out;
-    out.name = layer.name;
-    out.width = camera.width_px();
-    out.height = camera.height_px();
-    out.bands = static_cast<int>(layer.source->bands().size());
-    out.type = layer.source->type();
-    out.truth = geometric_truth(chain, layer.source->map());
+    FrameLayer out = empty_layer(layer, chain);
     if (options.off_map == OffMap::Reject)
       if (auto ok = refuse_off_map(layer, out.truth); !ok) return fail(ok);
-
-    plans.push_back(plan_layer(mappings[mapping_of[i]], *layer.source, sampling));
-    out.truth.quality = options.quality;
-    out.truth.filter = sampling.filter;
-    out.truth.finest_level = plans.back().finest_level;
-    out.truth.coarsest_level = plans.back().coarsest_level;
-    out.truth.undersampled = plans.back().undersampled;
-    out.truth.geometry_error_px = mappings[mapping_of[i]].error_px;
-    out.truth.tiles = count_cells(plans.back());
+    const Sampling sampling = sampling_of(layer, options);
+    plans.push_back(plan_layer(shared.of(i), *layer.source, sampling));
+    note_plan(plans.back(), shared.of(i), sampling, options, out.truth);
     frame.counters_.cells += out.truth.tiles;
     frame.counters_.samples += plans.back().samples;
     frame.layers_.push_back(std::move(out));
@@ -199,18 +242,9 @@ Result<Frame> Renderer::render(const Scene& scene, const Camera& camera, const C
   frame.counters_.cells_loaded = engine_->cache.counters().loads - cache_before.loads;
   for (std::size_t i = 0; i < plans.size(); ++i) {
     FrameLayer& out = frame.layers_[i];
-    if (const auto& output = scene.layers()[i].options.output) {
-      out.samples = convert(out.samples.data(), out.type, pixels * static_cast<std::size_t>(out.bands), *output);
-      out.type = output->type;
-    }
-    finish_invalid(out, options);
-    out.truth.valid_fraction =
-        static_cast<double>(std::count(out.validity.begin(), out.validity.end(), 1)) / static_cast<double>(pixels);
-    if (options.explain) {
-      const bool shared = std::find(mapping_of.begin(), mapping_of.begin() + static_cast<std::ptrdiff_t>(i),
-                                    mapping_of[i]) != mapping_of.begin() + static_cast<std::ptrdiff_t>(i);
-      explain_layer(scene.layers()[i], mappings[mapping_of[i]], shared, plans[i], out, frame.explanation_);
-    }
+    finish_layer(scene.layers()[i], options, out);
+    if (options.explain)
+      explain_layer(scene.layers()[i], shared.of(i), !shared.is_first(i), plans[i], out, frame.explanation_);
   }
   if (options.explain) explain_frame(scene, frame.counters_, frame.explanation_);
   const double render_ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();

@@ -129,7 +129,6 @@ Result<Projection> Projection::from_definition(const std::string& definition) {
 const std::string& Projection::name() const { return shared_->name; }
 const std::string& Projection::wkt() const { return shared_->wkt; }
 const std::string& Projection::datum() const { return shared_->datum; }
-bool Projection::is_geographic() const { return shared_->geographic; }
 bool Projection::uses_library() const { return !shared_->closed_form; }
 void Projection::wrap_around(double x) { wrap_x_ = shared_->geographic ? std::optional(x) : std::nullopt; }
 std::int64_t Projection::library_points() const { return shared_->points.load(std::memory_order_relaxed); }

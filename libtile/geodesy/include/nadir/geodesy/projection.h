@@ -27,7 +27,6 @@ class Projection {
   const std::string& name() const;
   const std::string& wkt() const;
   const std::string& datum() const;  // "World Geodetic System 1984 ensemble"
-  bool is_geographic() const;
   bool uses_library() const;
 
   /// Turns of geographic longitudes are chosen nearest to this x, in CRS units, so that a map which
