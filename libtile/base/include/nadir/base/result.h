@@ -13,6 +13,7 @@ struct Error {
     NotFound,     // no such file, layer, band or column
     Malformed,    // it is there, and breaks its own format
     Unsupported,  // well formed, and we do not do that
+    Damaged,      // a part of it cannot be decoded; the rest stays usable
     Io,           // reading or writing failed: disk full, truncated, permissions
     OverBudget,   // would need more memory than the budget allows
     OutsideMap,   // the camera sees what no map covers, and the caller asked for no frame then
