@@ -23,3 +23,11 @@ endif()
 if(NOT TARGET yaml-cpp::yaml-cpp)  # version 0.7 exports the bare name
   add_library(yaml-cpp::yaml-cpp ALIAS yaml-cpp)
 endif()
+
+# What tiles are packed with, each by its own library.
+find_package(PkgConfig REQUIRED)
+pkg_check_modules(NADIR_CODECS REQUIRED IMPORTED_TARGET libdeflate libzstd liblzma libjpeg libwebp Lerc)
+if(NOT TARGET nadir_codecs)
+  add_library(nadir_codecs INTERFACE IMPORTED)
+  target_link_libraries(nadir_codecs INTERFACE PkgConfig::NADIR_CODECS)
+endif()

@@ -1,0 +1,55 @@
+#pragma once
+
+#include <functional>
+#include <span>
+
+#include "nadir/base/result.h"
+#include "nadir/tiff/directory.h"
+
+namespace nadir::tiff {
+
+/// How a decoded sample is held: the stored type in native byte order, odd widths in the next wider one.
+enum class Sample : std::uint8_t { U8, I8, U16, I16, U32, I32, F32, F64 };
+std::size_t size_bytes(Sample sample);
+Sample decoded_sample(const TileFormat& format);
+
+/// Calls `f(T{})` with the C++ type of `sample`.
+template <class F>
+decltype(auto) with_sample(Sample sample, F&& f) {
+  switch (sample) {
+    case Sample::I8:
+      return f(std::int8_t{});
+    case Sample::U16:
+      return f(std::uint16_t{});
+    case Sample::I16:
+      return f(std::int16_t{});
+    case Sample::U32:
+      return f(std::uint32_t{});
+    case Sample::I32:
+      return f(std::int32_t{});
+    case Sample::F32:
+      return f(float{});
+    case Sample::F64:
+      return f(double{});
+    case Sample::U8:
+      break;
+  }
+  return f(std::uint8_t{});
+}
+
+/// Takes row `y` of a tile: tile_width * samples_together() samples of type decoded_sample(), aligned for it. The
+/// bytes are gone after the call.
+using RowSink = std::function<void(std::uint32_t y, const std::byte* row)>;
+
+/// Unpacks a tile and hands its first `rows` rows to `sink`, from the top.
+///
+/// Damaged, with the library's own words, where the bytes are not such a tile: too few, too many, another size. Never
+/// reads beyond `packed`, and takes memory for one unpacked tile whatever the bytes claim. What a thread needs for it
+/// is kept for its next tile.
+Result<void> decode_tile(const TileFormat& format, std::span<const std::byte> packed, std::uint32_t rows,
+                         const RowSink& sink);
+
+/// Bytes beyond which a packed tile cannot be honest: no codec makes a tile much larger than it was.
+std::uint64_t largest_packed_bytes(const TileFormat& format);
+
+}  // namespace nadir::tiff
