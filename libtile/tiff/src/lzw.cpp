@@ -89,9 +89,10 @@ Result<void> unpack_lzw(std::span<const std::byte> packed, std::span<std::byte> 
       if (from.size > size - done) now.size = static_cast<std::uint32_t>(size - done);  // writers may round up
       const std::uint8_t* source = begin + from.at;
       std::uint8_t* to = begin + done;
-      // A string that was just made ends with its own first byte, so that the two places may overlap by one.
-      if (now.size <= 16 && done + 16 <= size && from.at + 16 <= done) {
-        std::memcpy(to, source, 16);
+      // A string that was just made ends with its own first byte, so that the two places may overlap by one: what is
+      // copied sixteen bytes at a time must lie that far behind, and leave room for the last sixteen.
+      if (done - from.at >= 16 && size - done >= now.size + 16u) {
+        for (std::uint32_t i = 0; i < now.size; i += 16) std::memcpy(to + i, source + i, 16);
       } else {
         for (std::uint32_t i = 0; i < now.size; ++i) to[i] = source[i];
       }

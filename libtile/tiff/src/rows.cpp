@@ -89,17 +89,20 @@ void unpack_bits(const std::byte* row, std::size_t count, std::uint32_t bits, T*
   const __m128i last = _mm_setr_epi8(12, 13, 14, 12, 13, 14, 12, 13, 14, 12, 13, 14, 12, 13, 14, -1);
   __m128i carry = _mm_setzero_si128();
   std::size_t i = 0;
-  for (; i + 16 <= bytes; i += 15) {
-    const __m128i raw = _mm_loadu_si128(reinterpret_cast<const __m128i*>(row + i));
-    __m128i sum = _mm_add_epi8(raw, _mm_slli_si128(raw, 3));
-    sum = _mm_add_epi8(sum, _mm_slli_si128(sum, 6));
-    sum = _mm_add_epi8(sum, _mm_slli_si128(sum, 12));
-    sum = _mm_add_epi8(sum, carry);
-    // The sixteenth byte belongs to the next five, as it was read.
-    const std::uint8_t next = row[i + 15];
-    _mm_storeu_si128(reinterpret_cast<__m128i*>(row + i), sum);
-    row[i + 15] = next;
-    carry = _mm_shuffle_epi8(sum, last);
+  if (bytes >= 32) {
+    // Read ahead of the store before it: a load that overlaps a fresh store waits for it.
+    __m128i raw = _mm_loadu_si128(reinterpret_cast<const __m128i*>(row));
+    for (; i + 31 <= bytes; i += 15) {
+      const __m128i next = _mm_loadu_si128(reinterpret_cast<const __m128i*>(row + i + 15));
+      __m128i sum = _mm_add_epi8(raw, _mm_slli_si128(raw, 3));
+      sum = _mm_add_epi8(sum, _mm_slli_si128(sum, 6));
+      sum = _mm_add_epi8(sum, _mm_slli_si128(sum, 12));
+      sum = _mm_add_epi8(sum, carry);
+      carry = _mm_shuffle_epi8(sum, last);
+      _mm_storeu_si128(reinterpret_cast<__m128i*>(row + i), sum);  // and a sixteenth byte, which the next store rights
+      raw = next;
+    }
+    row[i] = static_cast<std::uint8_t>(_mm_cvtsi128_si32(raw));
   }
   for (i = i < 3 ? 3 : i; i < bytes; ++i) row[i] = static_cast<std::uint8_t>(row[i] + row[i - 3]);
 }
