@@ -2,6 +2,7 @@ include(GNUInstallDirs)
 
 # How every target of this project is compiled. Nothing here is set globally but the output folder.
 option(NADIR_WARNINGS_AS_ERRORS "Stop at warnings" OFF)
+option(NADIR_FUZZ "Build the fuzz targets, which need clang: see the preset" OFF)
 set(NADIR_SANITIZE "" CACHE STRING "Sanitizers to build with, for instance address,undefined")
 
 if(NOT CMAKE_BUILD_TYPE)

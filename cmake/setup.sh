@@ -18,7 +18,7 @@ packages=(
   libopenimageio-dev openimageio-tools python3-imath libfreetype-dev fonts-dejavu-core
   # Tests and benchmarks
   libgtest-dev libgmock-dev libbenchmark-dev libopencv-core-dev libopencv-imgproc-dev
-  gdal-bin python3-gdal python3-jsonschema
+  gdal-bin python3-gdal python3-jsonschema clang libclang-rt-dev
 )
 
 say() { printf '\n== %s\n' "$*"; }
@@ -58,6 +58,7 @@ run_tests() {
     # Under sanitizers the quick tests; slow ones there would say little more.
     case $preset in
       asan|tsan) quick_only=(-L quick) ;;
+      fuzz) quick_only=(-L slow) ;;
       *) quick_only=() ;;
     esac
     ASAN_OPTIONS=detect_leaks=0 TSAN_OPTIONS="suppressions=$PWD/cmake/tsan.supp" \

@@ -85,6 +85,11 @@ Sample decoded_sample(const TileFormat& format) {
   return is_signed ? Sample::I32 : Sample::U32;
 }
 
+bool rows_lie_as_decoded(const TileFormat& format) {
+  return format.codec == Codec::None && rows_are_plain(format) &&
+         format.row_bytes() % size_bytes(decoded_sample(format)) == 0;
+}
+
 std::uint64_t largest_packed_bytes(const TileFormat& format) {
   // LZW at its worst spends 12 bits on a byte; headers and tables of small pictures are what the constant is for.
   return format.tile_bytes() * 2 + (64 << 10);
@@ -96,16 +101,13 @@ Result<void> decode_tile(const TileFormat& format, std::span<const std::byte> pa
   const auto row_bytes = static_cast<std::size_t>(format.row_bytes());
   rows = std::min(rows, format.tile_height);
 
-  // Rows that need nothing done are handed on from where they lie, if that is aligned for them.
   const bool plain = rows_are_plain(format);
-  if (format.codec == Codec::None && plain) {
+  const std::size_t alignment = size_bytes(decoded_sample(format));
+  if (rows_lie_as_decoded(format) && reinterpret_cast<std::uintptr_t>(packed.data()) % alignment == 0) {
     if (packed.size() < row_bytes * rows)
       return damaged(fmt::format("{} bytes of {}", packed.size(), format.tile_bytes()));
-    const std::size_t alignment = size_bytes(decoded_sample(format));
-    if (reinterpret_cast<std::uintptr_t>(packed.data()) % alignment == 0 && row_bytes % alignment == 0) {
-      for (std::uint32_t y = 0; y < rows; ++y) sink(y, packed.data() + y * row_bytes);
-      return {};
-    }
+    for (std::uint32_t y = 0; y < rows; ++y) sink(y, packed.data() + y * row_bytes);
+    return {};
   }
 
   const std::span<std::byte> unpacked = unpacked_scratch.take(static_cast<std::size_t>(format.tile_bytes()));

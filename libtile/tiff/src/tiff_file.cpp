@@ -13,6 +13,7 @@
 #include <set>
 #include <unordered_map>
 
+#include "codecs.h"
 #include "nadir/tiff/decode.h"
 
 namespace nadir::tiff {
@@ -62,6 +63,9 @@ T swapped(T value) {
   else
     return value;
 }
+
+/// A field's number where a short one belongs; 65536, which no such field holds, for all others.
+std::uint32_t short_of(double value) { return value >= 0 && value < 65536 ? static_cast<std::uint32_t>(value) : 65536; }
 
 std::optional<Codec> codec_of(std::uint64_t compression) {
   switch (compression) {
@@ -369,7 +373,7 @@ Result<Directory> TiffFile::read_directory(std::uint64_t place, std::uint64_t& n
     if (!all) return fail(all);
     if (all->empty() || std::any_of(all->begin(), all->end(), [&](double v) { return v != all->front(); }))
       return unsupported("bands of different types");
-    return static_cast<std::uint64_t>(all->front());
+    return short_of(all->front());
   };
   const auto bits = one_for_all(258, 1), number = one_for_all(339, 1);
   if (!bits) return fail(bits);
@@ -406,7 +410,7 @@ Result<Directory> TiffFile::read_directory(std::uint64_t place, std::uint64_t& n
     const auto kinds = numbers(*extra);
     if (!kinds) return fail(kinds);
     if (kinds->size() > samples) return malformed("more extra samples than samples");
-    for (const double kind : *kinds) directory.extra_samples.push_back(static_cast<std::uint16_t>(kind));
+    for (const double kind : *kinds) directory.extra_samples.push_back(static_cast<std::uint16_t>(short_of(kind)));
   }
   if (format.codec == Codec::Lerc) {
     // With an alpha band libtiff keeps it as LERC's own mask.
@@ -416,8 +420,8 @@ Result<Directory> TiffFile::read_directory(std::uint64_t place, std::uint64_t& n
     if (const Field* parameters = directory.field(50674)) {
       const auto values = numbers(*parameters);
       if (!values) return fail(values);
-      if (values->size() >= 2) format.lerc_packing = static_cast<int>((*values)[1]);
-      if (format.lerc_packing < 0 || format.lerc_packing > 2) return unsupported("LERC of another packing");
+      if (values->size() >= 2) format.lerc_packing = static_cast<int>(short_of((*values)[1]));
+      if (format.lerc_packing > 2) return unsupported("LERC of another packing");
     }
   }
   if (format.codec == Codec::Jpeg) {
@@ -551,22 +555,15 @@ std::vector<Result<TilePlace>> TiffFile::locate(std::span<const TileAddress> til
       if (!size) return fail(size);
       if (*size == 0 || *offset == 0) return TilePlace{};
       if (*offset > source().size() || *size > source().size() - *offset)
-        return fail(Error::Kind::Damaged,
-                    fmt::format("{}: {}: bytes {} to {} lie beyond the file's {}", source().name(), describe(tile),
-                                *offset, *offset + *size, source().size()));
+        return damaged(
+            fmt::format("its bytes {} to {} lie beyond the file's {}", *offset, *offset + *size, source().size()));
       if (*size > largest_packed_bytes(directory.format))
-        return fail(Error::Kind::Damaged, fmt::format("{}: {}: {} bytes cannot be a tile of {}", source().name(),
-                                                      describe(tile), *size, directory.format.tile_bytes()));
+        return damaged(fmt::format("its {} bytes cannot be a tile of {}", *size, directory.format.tile_bytes()));
       return TilePlace{*offset, *size};
     };
     places.push_back(place());
   }
   return places;
-}
-
-std::string TiffFile::describe(const TileAddress& tile) {
-  return fmt::format("directory {}, tile column {}, row {}{}", tile.directory, tile.col, tile.row,
-                     tile.plane > 0 ? fmt::format(", band {}", tile.plane + 1) : "");
 }
 
 }  // namespace nadir::tiff

@@ -49,6 +49,10 @@ using RowSink = std::function<void(std::uint32_t y, const std::byte* row)>;
 Result<void> decode_tile(const TileFormat& format, std::span<const std::byte> packed, std::uint32_t rows,
                          const RowSink& sink);
 
+/// Whether rows lie in the file as they are handed out: no codec, nothing to undo, aligned. Such a tile may be read in
+/// parts: row y begins at its byte y * row_bytes().
+bool rows_lie_as_decoded(const TileFormat& format);
+
 /// Bytes beyond which a packed tile cannot be honest: no codec makes a tile much larger than it was.
 std::uint64_t largest_packed_bytes(const TileFormat& format);
 

@@ -45,11 +45,9 @@ class TiffFile {
   Result<std::vector<double>> numbers(const Field& field) const;
 
   /// Where tiles lie, in their order. What the tables need to be read for all of them is read at once.
-  /// Damaged for a tile that does not lie within the file or is larger than any packing makes it.
+  /// Damaged, with the cause alone for its message, for a tile that does not lie within the file or is larger than any
+  /// packing makes it.
   std::vector<Result<TilePlace>> locate(std::span<const TileAddress> tiles) const;
-
-  /// "level 3, tile (4, 5)"-like words for messages: "directory 3, tile (4, 5)".
-  static std::string describe(const TileAddress& tile);
 
  private:
   class Pages;

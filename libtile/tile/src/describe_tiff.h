@@ -1,0 +1,18 @@
+#pragma once
+
+#include "nadir/tiff/tiff_file.h"
+#include "nadir/tile/map_description.h"
+
+namespace nadir::tile {
+
+/// What a TIFF's own headers tell, for files that need no other library to be understood: levels and masks in the file,
+/// a CRS that is named by a code with a closed form, or none. Unsupported, saying what, for all others.
+Result<MapDescription> describe_tiff(const tiff::TiffFile& file);
+
+/// Warnings that hold for every raster.
+void add_warnings(MapDescription& map);
+
+/// Whether `level`, from a list whose first is `full`, shrinks both axes alike.
+bool level_belongs(const Level& level, const Level& full);
+
+}  // namespace nadir::tile
