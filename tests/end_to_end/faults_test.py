@@ -139,8 +139,12 @@ class Faults(unittest.TestCase):
         path, folder = FILES / "corrupt__byte_truncated.tif", self.folder / "damaged"
         center = json.loads(run("info", "--json", path).stdout)["center"]
         poses = self.file("damaged.csv", HEADER + f"0,10,0,1200,0,0,0\n1,{center['lat_deg']},{center['lon_deg']},1200,0,0,0\n")
-        self.assert_fault(self.render(map=path, poses=poses, out=folder), path, "level 0", "texels 0 to 20 by 0 to 20", "fetch or build it again")
-        self.assertEqual([r["time_ns"] for r in self.records(folder)], [0], "the frame before is whole, and is listed")
+        done = self.render(map=path, poses=poses, out=folder)
+        self.assert_fault(done, path, "level 0", "texels 0 to 20 by 0 to 20", "fetch or build it again", "1 frame saw 1 damaged tile")
+        before, seen = self.records(folder)
+        self.assertEqual(before["damage"], [], "it looks elsewhere")
+        self.assertEqual(len(seen["damage"]), 1)
+        self.assertEqual(seen["valid_fraction"], 0)
         self.assert_fault(run("info", "--check", path), path, "level 0")
 
     def test_cameras_that_see_no_map(self):

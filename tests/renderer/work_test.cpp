@@ -21,7 +21,7 @@ TEST(Work, ASmallViewReadsItsCellsAndBandsOnly) {
   const Frame cold = renderer.render(scene, camera, test::over_centre(map, 100)).value();
   EXPECT_EQ(cold.counters().cells, 4) << "100 texels a side around a corner of four cells";
   EXPECT_EQ(cold.counters().windows_read, 4);
-  EXPECT_EQ(cold.counters().samples_read, 4 * tile::cell_stride * tile::cell_stride * 2) << "two bands of five";
+  EXPECT_EQ(cold.counters().samples_read, 4 * tile::cell_size * tile::cell_size * 2) << "two bands of five";
   EXPECT_EQ(cold.counters().exact_points, 13) << "one homography, checked at nine points";
 
   const Frame warm = renderer.render(scene, camera, test::over_centre(map, 100)).value();

@@ -177,7 +177,7 @@ TEST_F(FlownRun, AFlatPinholeRunOverLongitudeAndLatitudeDoesNothingThatItsSceneD
     EXPECT_EQ(e.counters.projection_points, 0) << "longitude and latitude need no projection library";
     EXPECT_LT(e.counters.exact_points, 120 * 90 / 10)
         << "the chain is evaluated where the mapping is planned, not at the 10800 pixels";
-    EXPECT_EQ(e.counters.samples_read, e.counters.cells_loaded * tile::cell_stride * tile::cell_stride * 2)
+    EXPECT_EQ(e.counters.samples_read, e.counters.cells_loaded * tile::cell_size * tile::cell_size * 2)
         << "two bands of five";
     EXPECT_FALSE(e.samples.empty());
     loaded += e.counters.cells_loaded;

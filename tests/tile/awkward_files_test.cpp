@@ -1,7 +1,9 @@
 #include <gdal_priv.h>
 #include <gtest/gtest.h>
+#include <ogr_spatialref.h>
 
 #include <algorithm>
+#include <array>
 #include <filesystem>
 #include <fstream>
 #include <string>
@@ -37,7 +39,7 @@ Result<Texels> read_all(const std::string& path) {
   if (!map) return fail(map);
   const auto source = CellSource::make(*map, {}, Domain::Linear);
   if (!source) return fail(source);
-  if (const auto cell = (*source)->load(0, 0, 0); !cell) return fail(cell);
+  if (const auto cells = (*source)->load((*source)->block_of(0, 0, 0)); !cells) return fail(cells);
   return map->read(0, {0, 0, map->width(), map->height()}, (*source)->bands());
 }
 
@@ -175,7 +177,7 @@ INSTANTIATE_TEST_SUITE_P(Awkward, ReadRefused,
                              Refused{"corrupt__lzw_corrupted.tif", false, fetch_or_build},
                              Refused{"corrupt__tiled_bad_offset.tif", false, fetch_or_build},
                              Refused{"corrupt__excessive-memory-TIFFFillStrip.tif", false, "strip byte count"},
-                             Refused{"corrupt__many_blocks_truncated.tif", false, "texels 0 to 1 by 0 to 129"},
+                             Refused{"corrupt__many_blocks_truncated.tif", false, "texels 0 to 1 by 0 to 128"},
                              Refused{"corrupt__huge-number-strips.tif", false, "level 0"},
                              Refused{"corrupt__corrupted_gtiff_tags.tif", false, fetch_or_build}));
 
@@ -222,8 +224,7 @@ INSTANTIATE_TEST_SUITE_P(Awkward, CutShort,
                                          "ycbcr_jpeg__rgbsmall_JPEG_ycbcr.tif"));
 
 /// A copy of a file in which the second half of the bytes of its first tile are 0xff 0xd9, JPEG's end of an image.
-std::string with_damaged_tile(const TemporaryFolder& folder, const std::string& file) {
-  const std::string original = folder_of_files + file;
+std::string with_damaged_tile(const TemporaryFolder& folder, const std::string& original) {
   std::size_t offset = 0, size = 0;
   {
     GDALAllRegister();
@@ -233,21 +234,54 @@ std::string with_damaged_tile(const TemporaryFolder& folder, const std::string& 
   }
   std::string bytes = test::bytes_of(original);
   for (std::size_t i = size / 2; i < size; ++i) bytes[offset + i] = static_cast<char>(i % 2 ? 0xd9 : 0xff);
-  std::ofstream(folder.file(file), std::ios::binary) << bytes;
-  return folder.file(file);
+  std::ofstream(folder.file("damaged.tif"), std::ios::binary) << bytes;
+  return folder.file("damaged.tif");
 }
 
 TEST(DamagedTile, AJpegThatEndsEarlyIsNoPicture) {
   const TemporaryFolder folder;
-  const std::string path = with_damaged_tile(folder, "ycbcr_jpeg__rgbsmall_JPEG_ycbcr.tif");
+  const std::string path =
+      with_damaged_tile(folder, std::string(folder_of_files) + "ycbcr_jpeg__rgbsmall_JPEG_ycbcr.tif");
   const auto texels = silently([&] { return read_all(path); });
   ASSERT_FALSE(texels);
   EXPECT_NE(texels.error().message.find("level 0"), std::string::npos) << texels.error().message;
 }
 
+TEST(DamagedTile, TellsItsLevelPlaceAndCauseAndTheOthersAreRead) {
+  const TemporaryFolder folder;
+  const std::string path =
+      with_damaged_tile(folder, std::string(folder_of_files) + "layout__rgbsmall_DEFLATE_tiled_separate.tif");
+  const auto texels = silently([&] { return read_all(path); });
+  ASSERT_FALSE(texels);
+  EXPECT_EQ(texels.error().kind, Error::Kind::Damaged);
+  EXPECT_NE(texels.error().message.find("level 0, tile (0, 0): DEFLATE data are damaged"), std::string::npos)
+      << texels.error().message;
+  const auto map = Map::open(path).value();
+  const std::array bands = {1, 2, 3};
+  EXPECT_TRUE(map.read(0, {map.width() - 1, map.height() - 1, 1, 1}, bands));
+}
+
 TEST(DamagedTile, GdalsOwnThreadsPrintNothingAndLoseNoCause) {
   const TemporaryFolder folder;
-  const std::string path = with_damaged_tile(folder, "layout__rgbsmall_DEFLATE_tiled_separate.tif");
+  {  // in tiles that no cells make up, which GDAL reads
+    GDALDriver* driver = (GDALAllRegister(), GetGDALDriverManager()->GetDriverByName("GTiff"));
+    const char* const options[] = {"TILED=YES", "BLOCKXSIZE=48", "BLOCKYSIZE=48", "COMPRESS=DEFLATE", nullptr};
+    const std::unique_ptr<GDALDataset> dataset(
+        driver->Create(folder.file("whole.tif").c_str(), 200, 200, 1, GDT_Byte, const_cast<char**>(options)));
+    OGRSpatialReference srs;
+    srs.importFromEPSG(32614);
+    dataset->SetSpatialRef(&srs);
+    std::array<double, 6> place = {500000, 1, 0, 5000000, 0, -1};
+    dataset->SetGeoTransform(place.data());
+    std::vector<std::uint8_t> row(200);
+    for (int y = 0; y < 200; ++y) {
+      for (int x = 0; x < 200; ++x) row[static_cast<std::size_t>(x)] = static_cast<std::uint8_t>(x * x + y * 31);
+      ASSERT_EQ(
+          dataset->GetRasterBand(1)->RasterIO(GF_Write, 0, y, 200, 1, row.data(), 200, 1, GDT_Byte, 0, 0, nullptr),
+          CE_None);
+    }
+  }
+  const std::string path = with_damaged_tile(folder, folder.file("whole.tif"));
   CPLSetConfigOption("GDAL_NUM_THREADS", "4");
   const auto texels = silently([&] { return read_all(path); });
   CPLSetConfigOption("GDAL_NUM_THREADS", nullptr);

@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "support/synthetic_map.h"
 #include "support/temporary_folder.h"
@@ -12,26 +14,118 @@ namespace {
 
 using test::SyntheticMap, test::TemporaryFolder;
 
-TEST(CellSource, ACellHasItsNeighboursTexelsAndRepeatsTheEdgeBeyondTheMap) {
+/// A map whose texels say where they are, some of them invalid.
+SyntheticMap numbered(int width, int height, int tile) {
+  SyntheticMap map;
+  map.width = width;
+  map.height = height;
+  map.tile = tile;
+  map.bands = 2;
+  map.nodata = -1;
+  map.geotransform = {10, 0.0001, 0, 50, 0, -0.0001};
+  map.value = [](int, int band, int col, int row) {
+    return (col * 7 + row * 13) % 31 == 0 ? -1 : 10000 * row + col + 0.25 * band;
+  };
+  return map;
+}
+
+struct Sizes {
+  int width, height, tile;
+};
+class EveryCell : public testing::TestWithParam<Sizes> {};
+
+TEST_P(EveryCell, HasItsNeighboursTexelsAndRepeatsTheEdgeBeyondTheMap) {
   const TemporaryFolder folder;
-  SyntheticMap synthetic;
-  synthetic.width = 300;
-  synthetic.height = 130;
-  synthetic.geotransform = {10, 0.001, 0, 50, 0, -0.001};
-  synthetic.value = [](int, int, int col, int row) { return 1000 * row + col; };
+  const auto [width, height, tile] = GetParam();
+  const SyntheticMap synthetic = numbered(width, height, tile);
   test::write_map(synthetic, folder.file("m.tif"));
   const auto source = CellSource::make(Map::open(folder.file("m.tif")).value(), {}, Domain::Linear).value();
-  for (const auto& [col, row] : {std::pair(0, 0), {1, 0}, {2, 1}}) {
-    const CellPtr cell = source->load(0, col, row).value();
-    ASSERT_TRUE(cell->all_valid);
+
+  // All cells, block by block
+  const int cols = (width + cell_size - 1) / cell_size, rows = (height + cell_size - 1) / cell_size;
+  std::map<std::pair<int, int>, CellPtr> cells;
+  for (int row = 0; row < rows; ++row)
+    for (int col = 0; col < cols; ++col) {
+      if (cells.contains({col, row})) continue;
+      const CellBlock block = source->block_of(0, col, row);
+      const auto loaded = source->load(block).value();
+      ASSERT_EQ(loaded.size(), block.size());
+      for (int r = 0; r < block.rows; ++r)
+        for (int c = 0; c < block.cols; ++c)
+          cells[{block.col + c, block.row + r}] = loaded[block.index(block.col + c, block.row + r)];
+    }
+  ASSERT_EQ(cells.size(), static_cast<std::size_t>(cols * rows));
+  int joined = 0;
+  for (const auto& [place, cell] : cells)
+    for (int dy = -1; dy <= 1; ++dy)
+      for (int dx = -1; dx <= 1; ++dx) {
+        const ApronPart part{dx, dy};
+        if (cell->has(part)) continue;
+        const ApronPart holder = source->holder_of(0, place.first, place.second, part);
+        fill_apron(*cell, part, *cells.at({place.first + holder.dx, place.second + holder.dy}), holder);
+        ++joined;
+      }
+  EXPECT_EQ(joined > 0, (cols > 1 && tile < width) || (rows > 1 && tile < height))
+      << "where no part lies in another tile, nothing was tested";
+
+  for (const auto& [place, cell] : cells) {
+    ASSERT_TRUE(cell->has_whole_apron());
     for (int y = 0; y < cell_stride; ++y)
       for (int x = 0; x < cell_stride; ++x) {
-        const int texel_x = std::clamp(col * cell_size + x - cell_apron, 0, 299),
-                  texel_y = std::clamp(row * cell_size + y - cell_apron, 0, 129);
-        ASSERT_EQ(cell->data<float>()[y * cell_stride + x], static_cast<float>(1000 * texel_y + texel_x))
-            << col << " " << row << " " << x << " " << y;
+        const int col = std::clamp(place.first * cell_size + x - cell_apron, 0, width - 1),
+                  row = std::clamp(place.second * cell_size + y - cell_apron, 0, height - 1);
+        const std::size_t at = static_cast<std::size_t>(y) * cell_stride + static_cast<std::size_t>(x);
+        const bool valid = synthetic.value(0, 0, col, row) != -1;
+        ASSERT_EQ(!cell->masked() || cell->validity()[at], valid)
+            << place.first << " " << place.second << ": " << x << " " << y;
+        for (int b = 0; b < 2; ++b)
+          ASSERT_EQ(cell->data<float>()[2 * at + static_cast<std::size_t>(b)],
+                    valid ? static_cast<float>(synthetic.value(0, b, col, row)) : 0.0f)
+              << place.first << " " << place.second << ": " << x << " " << y << " band " << b;
       }
   }
+}
+
+// Tiles of four by four cells, of one, of a part of one; tiles that cells cut, which GDAL reads; edges on a cell's last
+// texel, its first, and within
+INSTANTIATE_TEST_SUITE_P(CellSource, EveryCell,
+                         testing::Values(Sizes{1100, 700, 512}, Sizes{512, 512, 256}, Sizes{385, 257, 128},
+                                         Sizes{300, 130, 64}, Sizes{383, 256, 16}, Sizes{500, 300, 240},
+                                         Sizes{1, 1, 128}, Sizes{129, 1, 256}));
+
+TEST(CellSource, LoadsOnlyTheCellsThatAreWanted) {
+  const TemporaryFolder folder;
+  test::write_map(numbered(512, 256, 256), folder.file("m.tif"));
+  const auto source = CellSource::make(Map::open(folder.file("m.tif")).value(), {}, Domain::Linear).value();
+  const CellBlock block = source->block_of(0, 3, 1);
+  EXPECT_EQ(block.col, 2);
+  EXPECT_EQ(block.row, 0);
+  ASSERT_EQ(block.size(), 4u);
+  const std::vector<std::uint8_t> wanted = {0, 0, 0, 1};
+  const auto cells = source->load(block, wanted).value();
+  EXPECT_FALSE(cells[0] || cells[1] || cells[2]);
+  ASSERT_TRUE(cells[3]);
+  EXPECT_EQ(cells[3]->data<float>()[2 * (cell_stride + 1)], static_cast<float>(10000 * 128 + 384));
+}
+
+TEST(CellSource, ADamagedBlockCanBeStoodForByInvalidCells) {
+  const TemporaryFolder folder;
+  test::write_map(numbered(512, 256, 256), folder.file("m.tif"));
+  const auto source = CellSource::make(Map::open(folder.file("m.tif")).value(), {}, Domain::Linear).value();
+  const auto broken = source->damaged(source->block_of(0, 0, 0), {}, "m.tif: a tile is torn");
+  const auto whole = source->load(source->block_of(0, 2, 0)).value();
+  EXPECT_EQ(broken[1]->damage(), "m.tif: a tile is torn");
+  // Each side learns what the other holds
+  const ApronPart right{1, 0}, left{-1, 0};
+  ASSERT_FALSE(broken[1]->has(right));
+  fill_apron(*broken[1], right, *whole[0], right);
+  fill_apron(*whole[0], left, *broken[1], left);
+  const std::size_t row = 5 * cell_stride;
+  EXPECT_EQ(broken[1]->validity()[row + cell_size], 0);
+  EXPECT_EQ(broken[1]->validity()[row + cell_size + 1], 1) << "its neighbour's texel";
+  ASSERT_TRUE(whole[0]->masked());
+  EXPECT_EQ(whole[0]->validity()[row], 0);
+  EXPECT_EQ(whole[0]->validity()[row + 1], 1);
 }
 
 TEST(CellSource, DecibelsAreHeldAsPower) {
@@ -41,11 +135,11 @@ TEST(CellSource, DecibelsAreHeldAsPower) {
   synthetic.value = [](int, int, int col, int) { return col == 3 ? std::nan("") : -10.0 * col; };
   test::write_map(synthetic, folder.file("m.tif"));
   const auto source = CellSource::make(Map::open(folder.file("m.tif")).value(), {1}, Domain::Decibel).value();
-  const CellPtr cell = source->load(0, 0, 0).value();
+  const CellPtr cell = source->load(source->block_of(0, 0, 0)).value().front();
   const float* row = cell->data<float>() + cell_apron * cell_stride + cell_apron;
   EXPECT_FLOAT_EQ(row[0], 1.0f);
   EXPECT_FLOAT_EQ(row[2], 0.01f);
-  EXPECT_EQ(cell->validity[static_cast<std::size_t>(cell_apron * cell_stride + cell_apron + 3)], 0);
+  EXPECT_EQ(cell->validity()[static_cast<std::size_t>(cell_apron * cell_stride + cell_apron + 3)], 0);
   EXPECT_TRUE(std::isfinite(row[3])) << "an invalid texel must not spread through a product with zero";
 }
 

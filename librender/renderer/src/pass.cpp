@@ -4,7 +4,6 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <optional>
 
 #include "nadir/base/text.h"
 
@@ -40,6 +39,25 @@ std::vector<WantedCell> cells_of(std::span<const WorkItem> items) {
   return cells;
 }
 
+/// Fills what of a cell's apron lies in other stored tiles, from those of them that are wanted too: where a block
+/// samples across a border it wants the cells on both sides, since what it wants reaches two texels beyond what it
+/// sees.
+void join_apron(const std::vector<WantedCell>& wanted, const std::vector<tile::CellPtr>& pinned, std::size_t i) {
+  const tile::Cell& cell = *pinned[i];
+  if (cell.has_whole_apron()) return;
+  const auto& [key, source] = wanted[i];
+  for (int dy = -1; dy <= 1; ++dy)
+    for (int dx = -1; dx <= 1; ++dx) {
+      const tile::ApronPart part{dx, dy};
+      if (cell.has(part)) continue;
+      const tile::ApronPart holder = source->holder_of(key.level, key.col, key.row, part);
+      const WantedCell neighbour{{key.source, key.level, key.col + holder.dx, key.row + holder.dy}, source};
+      const auto at = std::lower_bound(wanted.begin(), wanted.end(), neighbour);
+      if (at != wanted.end() && *at == neighbour)
+        fill_apron(cell, part, *pinned[static_cast<std::size_t>(at - wanted.begin())], holder);
+    }
+}
+
 /// Samples a block from pinned cells, which are sorted by address.
 void sample(const WorkItem& item, const std::vector<WantedCell>& wanted, const std::vector<tile::CellPtr>& pinned) {
   BlockSampling sampling = item.block->sampling;
@@ -50,7 +68,7 @@ void sample(const WorkItem& item, const std::vector<WantedCell>& wanted, const s
       const WantedCell address{{item.source->id(), windows[i].level, col, row}, item.source};
       const auto at = std::lower_bound(wanted.begin(), wanted.end(), address) - wanted.begin();
       cells[i].push_back(pinned[static_cast<std::size_t>(at)].get());
-      sampling.masked = sampling.masked || !cells[i].back()->all_valid;
+      sampling.masked = sampling.masked || cells[i].back()->masked();
     });
     windows[i].cells = cells[i];
   }
@@ -64,7 +82,8 @@ void sample(const WorkItem& item, const std::vector<WantedCell>& wanted, const s
 
 }  // namespace
 
-Result<void> run_passes(std::span<const WorkItem> items, tile::CellCache& cache, FrameCounters& counters) {
+Result<void> run_passes(std::span<const WorkItem> items, tile::CellCache& cache, FrameCounters& counters,
+                        std::set<std::string>& damage) {
   if (items.empty()) return {};
   const std::vector<WantedCell> wanted = cells_of(items);
   std::uint64_t bytes = 0;
@@ -72,8 +91,8 @@ Result<void> run_passes(std::span<const WorkItem> items, tile::CellCache& cache,
 
   const bool one_block = items.size() == 1;
   const auto in_halves = [&]() -> Result<void> {
-    if (auto ok = run_passes(items.first(items.size() / 2), cache, counters); !ok) return ok;
-    return run_passes(items.subspan(items.size() / 2), cache, counters);
+    if (auto ok = run_passes(items.first(items.size() / 2), cache, counters, damage); !ok) return ok;
+    return run_passes(items.subspan(items.size() / 2), cache, counters, damage);
   };
   if (bytes > cache.budget_bytes()) {
     if (!one_block) return in_halves();
@@ -84,22 +103,17 @@ Result<void> run_passes(std::span<const WorkItem> items, tile::CellCache& cache,
                     format_bytes(bytes), format_bytes(cache.budget_bytes())));
   }
 
-  std::vector<tile::CellPtr> pinned(wanted.size());
-  std::vector<std::optional<Error>> errors(wanted.size());
-  tbb::parallel_for(std::size_t{0}, wanted.size(), [&](std::size_t i) {
-    const tile::CellKey& key = wanted[i].key;
-    if (auto cell = cache.get(*wanted[i].source, key.level, key.col, key.row))
-      pinned[i] = std::move(*cell);
-    else
-      errors[i] = cell.error();
-  });
-  for (const auto& error : errors) {  // the first in order, whichever thread met it
-    if (!error) continue;
-    pinned.clear();
-    if (error->kind == Error::Kind::OverBudget && !one_block) return in_halves();
-    return tl::unexpected(*error);
+  std::vector<tile::CellRequest> requests;
+  for (const WantedCell& cell : wanted) requests.push_back({cell.source, cell.key.level, cell.key.col, cell.key.row});
+  auto pinned = cache.pin(requests);
+  if (!pinned) {
+    if (pinned.error().kind == Error::Kind::OverBudget && !one_block) return in_halves();
+    return fail(pinned);
   }
-  tbb::parallel_for(std::size_t{0}, items.size(), [&](std::size_t i) { sample(items[i], wanted, pinned); });
+  tbb::parallel_for(std::size_t{0}, wanted.size(), [&](std::size_t i) { join_apron(wanted, *pinned, i); });
+  for (const tile::CellPtr& cell : *pinned)
+    if (!cell->damage().empty()) damage.insert(cell->damage());
+  tbb::parallel_for(std::size_t{0}, items.size(), [&](std::size_t i) { sample(items[i], wanted, *pinned); });
   ++counters.passes;
   return {};
 }

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <set>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "nadir/render/frame.h"
@@ -19,8 +21,9 @@ struct WorkItem {
 };
 
 /// Pins the cells of `items`, then samples them in parallel; where the cells do not fit the cache at once, in several
-/// passes. Adds what it took to `counters`.
-Result<void> run_passes(std::span<const WorkItem> items, tile::CellCache& cache, FrameCounters& counters);
+/// passes. Adds what it took to `counters`, and to `damage` what was found of damaged tiles, whose texels are invalid.
+Result<void> run_passes(std::span<const WorkItem> items, tile::CellCache& cache, FrameCounters& counters,
+                        std::set<std::string>& damage);
 
 /// Cells that the blocks of a layer may sample, each counted once.
 std::int64_t count_cells(const LayerPlan& plan);

@@ -177,7 +177,7 @@ Result<OffMap> parse_off_map(std::string_view text) { return parse_name<OffMap>(
 /// twice.
 struct Renderer::Engine {
   explicit Engine(const RendererOptions& options)
-      : cache(options.cache_bytes - options.cache_bytes / 8),
+      : cache(options.cache_bytes - options.cache_bytes / 8, options.threads),
         arena(options.threads > 0 ? options.threads : tbb::task_arena::automatic) {
     tile::limit_gdal_block_cache(options.cache_bytes / 8);
   }
@@ -232,7 +232,9 @@ Result<Frame> Renderer::render(const Scene& scene, const Camera& camera, const C
                        static_cast<std::size_t>(out.width)});
   }
 
-  const auto sampled = engine_->arena.execute([&] { return run_passes(items, engine_->cache, frame.counters_); });
+  std::set<std::string> damage;
+  const auto sampled =
+      engine_->arena.execute([&] { return run_passes(items, engine_->cache, frame.counters_, damage); });
   if (!sampled) return fail(sampled);
 
   const WorkTotals after = totals(scene);
@@ -243,6 +245,8 @@ Result<Frame> Renderer::render(const Scene& scene, const Camera& camera, const C
   for (std::size_t i = 0; i < plans.size(); ++i) {
     FrameLayer& out = frame.layers_[i];
     finish_layer(scene.layers()[i], options, out);
+    for (const std::string& message : damage)
+      if (message.starts_with(out.truth.map_path)) out.truth.damage.push_back(message);
     if (options.explain)
       explain_layer(scene.layers()[i], shared.of(i), !shared.is_first(i), plans[i], out, frame.explanation_);
   }

@@ -141,8 +141,8 @@ class BlockSampler {
     const std::size_t at = static_cast<std::size_t>(cy.at) * cell_stride + static_cast<std::size_t>(cx.at);
     float w[4] = {(1 - fx) * (1 - fy) * weight, fx * (1 - fy) * weight, (1 - fx) * fy * weight, fx * fy * weight};
     if constexpr (Masked) {
-      if (!cell.all_valid) {
-        const std::uint8_t* valid = cell.validity.data() + at;
+      if (cell.masked()) {
+        const std::uint8_t* valid = cell.validity() + at;
         w[0] *= valid[0], w[1] *= valid[1], w[2] *= valid[cell_stride], w[3] *= valid[cell_stride + 1];
       }
       sums.total += w[0] + w[1] + w[2] + w[3];
@@ -164,7 +164,7 @@ class BlockSampler {
         *frame.window.cells[static_cast<std::size_t>(cy.cell) * static_cast<std::size_t>(frame.window.cols) +
                             static_cast<std::size_t>(cx.cell)];
     const std::size_t at = static_cast<std::size_t>(cy.at) * cell_stride + static_cast<std::size_t>(cx.at);
-    if (Masked && !cell.all_valid && !cell.validity[at]) return;
+    if (Masked && cell.masked() && !cell.validity()[at]) return;
     sums.total = 1;
     const T* texel = cell.data<T>() + at * static_cast<std::size_t>(all_bands_) + first_band_;
     for (int b = 0; b < bands(); ++b) sums.sum[b] = static_cast<float>(texel[b]);

@@ -80,8 +80,8 @@ Result<void> check_agreement(const Source& first, const Source& other) {
                                                       other.label, what, first.label));
   };
   OGRSpatialReference a, b;
-  a.importFromWkt(first.description.georeference->wkt.c_str());
-  b.importFromWkt(other.description.georeference->wkt.c_str());
+  a.SetFromUserInput(first.description.georeference->definition.c_str());
+  b.SetFromUserInput(other.description.georeference->definition.c_str());
   if (!a.IsSame(&b))
     return refuse(fmt::format("its CRS is {}, not {}: bring it there with gdalwarp -t_srs",
                               other.description.georeference->crs, first.description.georeference->crs));

@@ -4,8 +4,9 @@
 
 #include <algorithm>
 #include <atomic>
-#include <cmath>
-#include <cstring>
+
+#include "block_writer.h"
+#include "tiff_tiles.h"
 
 namespace nadir::tile {
 namespace {
@@ -15,27 +16,23 @@ std::uint64_t next_id() {
   return counter++;
 }
 
-/// Texels of a window, laid into a cell whose first texel (its apron's corner) is (first_x, first_y): what the window
-/// does not cover lies beyond the level's edge and repeats the edge.
-void lay_out(const void* from, const Window& window, int first_x, int first_y, std::size_t texel_bytes, void* to) {
-  const int left = window.x - first_x, right = cell_stride - left - window.width;
-  const auto* source = static_cast<const std::byte*>(from);
-  auto* out = static_cast<std::byte*>(to);
-  const std::size_t row_bytes = window.width * texel_bytes;
-  for (int y = 0; y < cell_stride; ++y) {
-    const int source_y = std::clamp(first_y + y, window.y, window.y + window.height - 1) - window.y;
-    const std::byte* row = source + source_y * row_bytes;
-    for (int x = 0; x < left; ++x, out += texel_bytes) std::memcpy(out, row, texel_bytes);
-    std::memcpy(out, row, row_bytes);
-    out += row_bytes;
-    for (int x = 0; x < right; ++x, out += texel_bytes) std::memcpy(out, row + row_bytes - texel_bytes, texel_bytes);
-  }
-}
+std::int32_t cells(std::int32_t texels) { return (texels + cell_size - 1) / cell_size; }
 
 }  // namespace
 
+class FetchedBlock {
+ public:
+  explicit FetchedBlock(PackedTile p) : packed(std::move(p)) {}
+  const PackedTile packed;
+};
+
 CellSource::CellSource(const Map& map, std::vector<int> bands, SampleType type, Domain domain)
-    : id_(next_id()), map_(map), bands_(std::move(bands)), type_(type), domain_(domain) {}
+    : id_(next_id()),
+      map_(map),
+      bands_(std::move(bands)),
+      stored_(type),
+      type_(domain == Domain::Decibel ? SampleType::Float32 : type),
+      domain_(domain) {}
 
 Result<std::shared_ptr<const CellSource>> CellSource::make(const Map& map, std::vector<int> bands, Domain domain) {
   if (bands.empty()) bands = map.description().data_bands();
@@ -46,54 +43,105 @@ Result<std::shared_ptr<const CellSource>> CellSource::make(const Map& map, std::
                   fmt::format("{}: band {} is asked for twice", map.description().path, bands[i]));
   const auto type = map.sample_type(bands);
   if (!type) return fail(type);
-  const SampleType held = domain == Domain::Decibel ? SampleType::Float32 : *type;
-  return std::shared_ptr<const CellSource>(new CellSource(map, std::move(bands), held, domain));
+  return std::shared_ptr<const CellSource>(new CellSource(map, std::move(bands), *type, domain));
 }
 
 std::uint64_t CellSource::cell_bytes() const {
-  constexpr std::uint64_t texels = static_cast<std::uint64_t>(cell_stride) * cell_stride;
-  return texels * (bands_.size() * size_bytes(type_) + 1) + sizeof(Cell);
+  return cell_area * (bands_.size() * size_bytes(type_) + 1) + sizeof(Cell);
 }
 
-Result<CellPtr> CellSource::load(int level, std::int32_t col, std::int32_t row) const {
+CellBlock CellSource::block_of(int level, std::int32_t col, std::int32_t row) const {
   const Level& size = map_.levels()[static_cast<std::size_t>(level)];
-  const int first_x = col * cell_size - cell_apron, first_y = row * cell_size - cell_apron;
-  Window window;
-  window.x = std::max(first_x, 0);
-  window.y = std::max(first_y, 0);
-  window.width = std::min(first_x + cell_stride, size.width) - window.x;
-  window.height = std::min(first_y + cell_stride, size.height) - window.y;
-  auto texels = map_.read(level, window, bands_);
+  if (!map_.tiles() || size.tile_width % cell_size != 0 || size.tile_height % cell_size != 0)
+    return {level, col, row, 1, 1};
+  const std::int32_t across = size.tile_width / cell_size, down = size.tile_height / cell_size;
+  CellBlock block{level, col / across * across, row / down * down, across, down};
+  block.cols = std::min(across, cells(size.width) - block.col);
+  block.rows = std::min(down, cells(size.height) - block.row);
+  return block;
+}
+
+bool CellSource::is_remote() const { return map_.tiles() && map_.tiles()->is_remote(); }
+
+std::vector<Result<std::shared_ptr<const FetchedBlock>>> CellSource::fetch(std::span<const CellBlock> blocks) const {
+  std::vector<Result<std::shared_ptr<const FetchedBlock>>> fetched(blocks.size(), nullptr);
+  std::vector<TileKey> keys;
+  std::vector<std::size_t> of;
+  for (std::size_t i = 0; i < blocks.size(); ++i) {
+    const auto tile = tile_of(blocks[i]);
+    if (!tile) continue;
+    keys.push_back(*tile);
+    of.push_back(i);
+  }
+  if (keys.empty()) return fetched;
+  auto tiles = map_.tiles()->fetch(keys, bands_);
+  for (std::size_t k = 0; k < keys.size(); ++k) {
+    if (tiles[k])
+      fetched[of[k]] = std::make_shared<const FetchedBlock>(std::move(*tiles[k]));
+    else
+      fetched[of[k]] = tl::unexpected(tiles[k].error());
+  }
+  return fetched;
+}
+
+std::optional<TileKey> CellSource::tile_of(const CellBlock& block) const {
+  const Level& size = map_.levels()[static_cast<std::size_t>(block.level)];
+  if (!map_.tiles() || size.tile_width % cell_size != 0 || size.tile_height % cell_size != 0) return std::nullopt;
+  return TileKey{block.level, block.col / (size.tile_width / cell_size), block.row / (size.tile_height / cell_size)};
+}
+
+Result<std::vector<std::shared_ptr<Cell>>> CellSource::load(const CellBlock& block,
+                                                            std::span<const std::uint8_t> wanted,
+                                                            const FetchedBlock* fetched) const {
+  const Level& size = map_.levels()[static_cast<std::size_t>(block.level)];
+  BlockWriter writer(*this, stored_, block, wanted);
+  if (const auto tile = tile_of(block)) {
+    std::int64_t texels = 0;
+    const auto ok = map_.tiles()->read(
+        *tile, bands_, stored_, fetched ? &fetched->packed : nullptr,
+        [&](std::uint32_t y, const std::byte* samples, const std::uint8_t* valid, std::uint32_t count) {
+          writer.row(y, samples, valid);
+          texels += count;
+        });
+    if (!ok) return fail(ok);
+    map_.count_read(texels, bands_.size());
+    return writer.take();
+  }
+
+  const Window window{block.col * cell_size, block.row * cell_size,
+                      std::min(block.cols * cell_size, size.width - block.col * cell_size),
+                      std::min(block.rows * cell_size, size.height - block.row * cell_size)};
+  const auto texels = map_.read(block.level, window, bands_);
   if (!texels) return fail(texels);
+  const std::size_t row_bytes = static_cast<std::size_t>(window.width) * bands_.size() * size_bytes(stored_);
+  for (std::uint32_t y = 0; y < static_cast<std::uint32_t>(window.height); ++y)
+    writer.row(y, texels->samples.data() + y * row_bytes,
+               texels->validity.empty() ? nullptr : texels->validity.data() + std::size_t{y} * window.width);
+  return writer.take();
+}
 
-  if (domain_ == Domain::Decibel) {
-    const std::size_t count = static_cast<std::size_t>(window.width) * window.height * bands_.size();
-    std::vector<std::byte> power(count * sizeof(float));
-    auto* out = reinterpret_cast<float*>(power.data());
-    with_sample_type(texels->type, [&]<class T>(T) {
-      const T* decibels = reinterpret_cast<const T*>(texels->samples.data());
-      // Samples of invalid texels may be NaN; zero power keeps arithmetic on them harmless.
-      for (std::size_t i = 0; i < count; ++i) {
-        const float value = static_cast<float>(decibels[i]);
-        out[i] = std::isfinite(value) ? std::pow(10.0f, value / 10.0f) : 0.0f;
-      }
-    });
-    texels->samples = std::move(power);
+std::vector<std::shared_ptr<Cell>> CellSource::damaged(const CellBlock& block, std::span<const std::uint8_t> wanted,
+                                                       const std::string& why) const {
+  std::vector<std::shared_ptr<Cell>> invalid(block.size());
+  for (std::size_t i = 0; i < invalid.size(); ++i) {
+    if (!wanted.empty() && !wanted[i]) continue;
+    invalid[i] = std::make_shared<Cell>(type_, static_cast<int>(bands_.size()));
+    invalid[i]->make_invalid(why);
+    const auto col = block.col + static_cast<std::int32_t>(i) % block.cols,
+               row = block.row + static_cast<std::int32_t>(i) / block.cols;
+    for (int dy = -1; dy <= 1; ++dy)
+      for (int dx = -1; dx <= 1; ++dx)
+        if (const ApronPart holder = holder_of(block.level, col, row, {dx, dy}); holder.dx == 0 && holder.dy == 0)
+          invalid[i]->note_part({dx, dy});
   }
+  return invalid;
+}
 
-  auto cell = std::make_shared<Cell>();
-  cell->type = type_;
-  cell->bands = static_cast<int>(bands_.size());
-  constexpr std::size_t stride_area = static_cast<std::size_t>(cell_stride) * cell_stride;
-  const std::size_t texel_bytes = bands_.size() * size_bytes(type_);
-  cell->samples.resize(stride_area * texel_bytes);
-  lay_out(texels->samples.data(), window, first_x, first_y, texel_bytes, cell->samples.data());
-  if (!texels->validity.empty()) {
-    cell->all_valid = false;
-    cell->validity.resize(stride_area);
-    lay_out(texels->validity.data(), window, first_x, first_y, 1, cell->validity.data());
-  }
-  return cell;
+ApronPart CellSource::holder_of(int level, std::int32_t col, std::int32_t row, ApronPart part) const {
+  const Level& size = map_.levels()[static_cast<std::size_t>(level)];
+  const auto inside = [](std::int32_t place, std::int32_t count) { return place >= 0 && place < count; };
+  return {inside(col + part.dx, cells(size.width)) ? part.dx : 0,
+          inside(row + part.dy, cells(size.height)) ? part.dy : 0};
 }
 
 }  // namespace nadir::tile

@@ -8,6 +8,7 @@
 #include <limits>
 #include <string_view>
 
+#include "describe_tiff.h"
 #include "gdal_dataset.h"
 #include "nadir/base/text.h"
 
@@ -90,9 +91,6 @@ std::vector<Level> describe_levels(GDALDataset& dataset, std::vector<int>& overv
     level.texels_y = static_cast<double>(full.height) / level.height;
     overview->GetBlockSize(&level.tile_width, &level.tile_height);
 
-    // A size rounded by up to a texel moves the ratio by at most 1 / size.
-    const double aspect = level.texels_x / level.texels_y;
-    const double rounding = 1.0 / std::min(level.width, level.height);
     const bool every_band = [&] {
       for (int b = 2; b <= dataset.GetRasterCount(); ++b) {
         GDALRasterBand* other = dataset.GetRasterBand(b)->GetOverview(i);
@@ -100,7 +98,7 @@ std::vector<Level> describe_levels(GDALDataset& dataset, std::vector<int>& overv
       }
       return true;
     }();
-    if (level.width > full.width || level.height > full.height || std::abs(aspect - 1) > 2 * rounding || !every_band) {
+    if (!level_belongs(level, full) || !every_band) {
       warnings.push_back(fmt::format("overview {} of {} x {} does not belong to this raster and is not used", i,
                                      level.width, level.height));
       continue;
@@ -152,42 +150,11 @@ std::optional<Georeference> describe_georeference(GDALDataset& dataset, std::str
   char* wkt = nullptr;
   const char* const options[] = {"FORMAT=WKT2_2019", nullptr};
   crs->exportToWkt(&wkt, options);
-  where.wkt = wkt ? wkt : "";
+  where.definition = wkt ? wkt : "";
   CPLFree(wkt);
   const char *authority = crs->GetAuthorityName(nullptr), *code = crs->GetAuthorityCode(nullptr);
   where.crs = authority && code ? fmt::format("{}:{}", authority, code) : crs->GetName() ? crs->GetName() : "unnamed";
   return where;
-}
-
-void warn(MapDescription& map) {
-  const Level& full = map.levels.front();
-  const Level& coarsest = map.levels.back();
-  if (std::max(coarsest.width, coarsest.height) > 1024)
-    map.warnings.push_back(fmt::format(
-        "its coarsest level has {} x {} texels: frames that see much of it read much of it; `nadir build` adds levels",
-        coarsest.width, coarsest.height));
-  if (full.tile_width == full.width && full.width > 2048)
-    map.warnings.push_back("stored in rows, not in tiles: a small view reads whole rows; `nadir build` makes tiles");
-  for (std::size_t i = 0; i < map.bands.size(); ++i) {
-    const Band& band = map.bands[i];
-    const std::string label = fmt::format("band {}", i + 1);
-    if (!band.sample_type)
-      map.warnings.push_back(fmt::format("{} {}", label, band.why_not_rendered()));
-    else if (*band.sample_type == SampleType::Float32 && band.stored_type != "Float32")
-      map.warnings.push_back(
-          fmt::format("{} of type {} is read as float32, exact to 24 bits", label, band.stored_type));
-    if (band.color == "Palette")
-      map.warnings.push_back(fmt::format(
-          "{} holds palette indices: render it with role labels, or expand it with gdal_translate -expand rgb", label));
-    if (band.scale != 1 || band.offset != 0)
-      map.warnings.push_back(
-          fmt::format("{} has scale {} and offset {}: frames hold stored values", label, band.scale, band.offset));
-    const bool integral = band.sample_type && *band.sample_type != SampleType::Float32;
-    if (integral && band.nodata && *band.nodata != std::floor(*band.nodata))
-      map.warnings.push_back(
-          fmt::format("{} of type {} can never hold its nodata value {}", label, band.stored_type, *band.nodata));
-  }
-  if (!map.georeference) map.warnings.push_back("cannot be rendered: " + map.georeference_problem);
 }
 
 }  // namespace
@@ -206,46 +173,8 @@ MapDescription describe_dataset(GDALDataset& dataset, const std::string& path, s
   map.attribution = first_metadata(dataset, {"NADIR_ATTRIBUTION", "TIFFTAG_COPYRIGHT"});
   map.licence = first_metadata(dataset, {"NADIR_LICENCE"});
   map.role = first_metadata(dataset, {"NADIR_ROLE"});
-  warn(map);
+  add_warnings(map);
   return map;
-}
-
-Result<MapDescription> describe(const std::string& path) {
-  auto dataset = open_raster(path);
-  if (!dataset) return fail(dataset);
-  const GdalMessages messages;
-  std::vector<int> overview_of_level;
-  MapDescription map = describe_dataset(**dataset, path, overview_of_level);
-  if (!messages.first().empty()) map.warnings.push_back(without_path(messages.first(), path));
-  return map;
-}
-
-std::vector<int> MapDescription::data_bands() const {
-  std::vector<int> numbers;
-  for (std::size_t i = 0; i < bands.size(); ++i)
-    if (bands[i].color != "Alpha") numbers.push_back(static_cast<int>(i) + 1);
-  return numbers;
-}
-
-std::string Band::why_not_rendered() const {
-  const bool is_signed_byte = stored_type == "Int8";
-  return fmt::format(
-      "has type {}, which is not rendered; make a map of {} first, for instance with gdal_calc.py --calc {}",
-      stored_type, is_signed_byte ? "16-bit samples" : "the magnitudes",
-      is_signed_byte ? "'A.astype(int8).astype(int16)' --type Int16" : "'abs(A)' --type Float32");
-}
-
-Result<int> MapDescription::find_band(const std::string& name) const {
-  std::vector<std::string_view> known;
-  for (std::size_t i = 0; i < bands.size(); ++i) {
-    if (bands[i].name == name && !name.empty()) return static_cast<int>(i) + 1;
-    if (!bands[i].name.empty()) known.push_back(bands[i].name);
-  }
-  const auto number = parse_number(name);
-  if (number && *number == std::floor(*number) && *number >= 1 && *number <= static_cast<double>(bands.size()))
-    return static_cast<int>(*number);
-  return fail(Error::Kind::NotFound, fmt::format("{}: no band '{}': it has bands 1 to {}{}", path, name, bands.size(),
-                                                 known.empty() ? "" : suggestion(name, known)));
 }
 
 }  // namespace nadir::tile

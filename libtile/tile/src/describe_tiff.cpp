@@ -10,6 +10,7 @@
 #include <pugixml.hpp>
 
 #include "nadir/base/text.h"
+#include "nadir/tiff/decode.h"
 
 namespace nadir::tile {
 namespace {
@@ -39,6 +40,14 @@ struct Metadata {
   std::vector<Item> of_bands;
 };
 
+/// GDAL escapes values before they become XML, which escapes them again.
+std::string unescaped_again(const std::string& value) {
+  pugi::xml_document document;
+  return document.load_string(("<v>" + value + "</v>").c_str(), pugi::parse_default | pugi::parse_ws_pcdata)
+             ? document.child("v").text().get()
+             : value;
+}
+
 Result<Metadata> read_metadata(const tiff::TiffFile& file, const Directory& directory) {
   Metadata metadata;
   const Field* field = directory.field(tiff::tag::gdal_metadata);
@@ -48,11 +57,11 @@ Result<Metadata> read_metadata(const tiff::TiffFile& file, const Directory& dire
   pugi::xml_document document;
   if (!document.load_string(text->c_str())) return unsupported(file, "its GDAL metadata are not XML");
   for (const pugi::xml_node item : document.child("GDALMetadata").children("Item")) {
-    const std::string role = item.attribute("role").value();
+    const std::string role = item.attribute("role").value(), value = unescaped_again(item.text().get());
     if (item.attribute("sample"))
-      metadata.of_bands.push_back({item.attribute("sample").as_uint(), role, item.text().get()});
+      metadata.of_bands.push_back({item.attribute("sample").as_uint(), role, value});
     else if (!item.attribute("domain"))
-      metadata.items[item.attribute("name").value()] = item.text().get();
+      metadata.items[item.attribute("name").value()] = value;
   }
   return metadata;
 }
@@ -219,13 +228,6 @@ Result<Georeference> describe_place(const tiff::TiffFile& file) {
 }
 
 }  // namespace
-
-bool level_belongs(const Level& level, const Level& full) {
-  // A size rounded by up to a texel moves the ratio by at most 1 / size.
-  const double aspect = level.texels_x / level.texels_y;
-  const double rounding = 1.0 / std::min(level.width, level.height);
-  return level.width <= full.width && level.height <= full.height && std::abs(aspect - 1) <= 2 * rounding;
-}
 
 Result<MapDescription> describe_tiff(const tiff::TiffFile& file) {
   const auto& directories = file.directories();

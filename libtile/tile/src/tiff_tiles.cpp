@@ -134,7 +134,7 @@ std::vector<std::uint32_t> TiffTiles::planes_of(std::span<const int> bands) cons
 }
 
 Error TiffTiles::damage(const TileKey& tile, const std::string& cause) const {
-  return {Error::Kind::Damaged, fmt::format("{}: level {}, tile ({}, {}): {}; fetch or build the file again", path_,
+  return {Error::Kind::Damaged, fmt::format("{}: level {}, tile ({}, {}): {}; fetch or build it again", path_,
                                             tile.level, tile.col, tile.row, cause)};
 }
 
@@ -187,8 +187,8 @@ Result<std::span<const std::byte>> TiffTiles::packed_plane(const TileAddress& ti
   return bytes;
 }
 
-Result<void> TiffTiles::read(const TileKey& tile, std::span<const int> bands, SampleType type,
-                             const std::optional<PackedTile>& packed, const TexelRowSink& sink) const {
+Result<void> TiffTiles::read(const TileKey& tile, std::span<const int> bands, SampleType type, const PackedTile* packed,
+                             const TexelRowSink& sink) const {
   const LevelDirectories& level = levels_[static_cast<std::size_t>(tile.level)];
   const Directory& directory = file_->directories()[level.image];
   const TileFormat& format = directory.format;
@@ -227,7 +227,8 @@ Result<void> TiffTiles::read(const TileKey& tile, std::span<const int> bands, Sa
   // What rows hold, and what is wanted of it
   const std::size_t pitch = format.samples_together(), texel_bytes = bands.size() * size_bytes(type);
   std::vector<std::uint32_t> picks;
-  bool as_it_is = held_as(stored) == type && size_bytes(type) == tiff::size_bytes(stored) && bands.size() == pitch;
+  const bool own_type = stored == Sample::F32 || (held_as(stored) == type && type != SampleType::Float32);
+  bool as_it_is = own_type && bands.size() == pitch;
   for (std::size_t b = 0; b < bands.size(); ++b) {
     picks.push_back(static_cast<std::uint32_t>(bands[b]) - 1);
     as_it_is = as_it_is && picks[b] == b;

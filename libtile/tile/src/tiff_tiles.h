@@ -42,9 +42,9 @@ class TiffTiles {
   std::vector<Result<PackedTile>> fetch(std::span<const TileKey> tiles, std::span<const int> bands) const;
 
   /// Decodes the texels of a tile that lie in the level, `bands` (numbers from 1) of them as samples of `type`.
-  /// `packed`: what `fetch` brought; empty where it is to be read now. Damaged where it is no such tile.
-  Result<void> read(const TileKey& tile, std::span<const int> bands, SampleType type,
-                    const std::optional<PackedTile>& packed, const TexelRowSink& sink) const;
+  /// `packed`: what `fetch` brought; null where it is to be read now. Damaged where it is no such tile.
+  Result<void> read(const TileKey& tile, std::span<const int> bands, SampleType type, const PackedTile* packed,
+                    const TexelRowSink& sink) const;
 
   bool is_remote() const { return file_->source().is_remote(); }
 

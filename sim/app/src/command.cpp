@@ -62,6 +62,15 @@ int run_command(CLI::App& app, int argc, char** argv, const std::function<Result
   return 1;
 }
 
+Result<void> report_damage(std::size_t frames, const std::set<std::string>& damage) {
+  if (frames == 0) return {};
+  const std::string others =
+      damage.size() > 1 ? fmt::format("; {} more are listed with their frames", damage.size() - 1) : "";
+  return fail(Error::Kind::Damaged, fmt::format("{} frame{} saw {} damaged tile{} and {} invalid there: {}{}", frames,
+                                                frames == 1 ? "" : "s", damage.size(), damage.size() == 1 ? "" : "s",
+                                                frames == 1 ? "is" : "are", *damage.begin(), others));
+}
+
 Result<std::vector<double>> parse_numbers(std::string_view what, std::string_view text, std::size_t least,
                                           std::size_t most, std::string_view example) {
   std::vector<double> values;

@@ -120,7 +120,7 @@ Result<void> run(const FlyArguments& arguments) {
   if (file->record_report || arguments.dry_run)
     if (auto ok = report.write(renderer, arguments.folder, *summary, frames); !ok) return ok;
   print_summary(arguments, *run, *summary, report);
-  return {};
+  return report_damage(summary->damaged, summary->damage);
 }
 
 }  // namespace

@@ -91,7 +91,7 @@ Json to_json(const MapDescription& map, const Result<tile::Map>& opened) {
   if (map.georeference) {
     const Eigen::Matrix3d m = map.georeference->crs_from_texel.matrix();
     json["crs"] = map.georeference->crs;
-    json["wkt"] = map.georeference->wkt;
+    if (opened) json["wkt"] = opened->projection().wkt();
     json["crs_from_texel"] = {m(0, 0), m(0, 1), m(0, 2), m(1, 0), m(1, 1), m(1, 2)};
   }
   json["renderable"] = opened.has_value();
@@ -105,8 +105,8 @@ Json to_json(const MapDescription& map, const Result<tile::Map>& opened) {
   return json;
 }
 
-/// Decodes every cell of every level.
-Result<void> check_every_cell(const tile::Map& map) {
+/// Decodes every tile of every level.
+Result<void> check_every_tile(const tile::Map& map) {
   const auto source = tile::CellSource::make(map, {}, tile::Domain::Linear);
   if (!source) return fail(source);
   const auto cells = [](std::int32_t size) { return (size + tile::cell_size - 1) / tile::cell_size; };
@@ -114,12 +114,16 @@ Result<void> check_every_cell(const tile::Map& map) {
   for (const tile::Level& level : map.levels())
     total += static_cast<std::int64_t>(cells(level.width)) * cells(level.height);
   Progress progress("checking", "cells", total);
-  for (std::size_t k = 0; k < map.levels().size(); ++k)
-    for (std::int32_t row = 0; row < cells(map.levels()[k].height); ++row)
-      for (std::int32_t col = 0; col < cells(map.levels()[k].width); ++col) {
-        if (const auto cell = (*source)->load(static_cast<int>(k), col, row); !cell) return fail(cell);
-        progress.advance();
+  for (std::size_t k = 0; k < map.levels().size(); ++k) {
+    const tile::Level& level = map.levels()[k];
+    tile::CellBlock block;
+    for (std::int32_t row = 0; row < cells(level.height); row += block.rows)
+      for (std::int32_t col = 0; col < cells(level.width); col += block.cols) {
+        block = (*source)->block_of(static_cast<int>(k), col, row);
+        if (const auto loaded = (*source)->load(block); !loaded) return fail(loaded);
+        progress.advance(static_cast<std::int64_t>(block.size()));
       }
+  }
   return {};
 }
 
@@ -136,9 +140,9 @@ int main(int argc, char** argv) {
   app.add_flag("--check", check, "decode every tile of every level too");
   app.footer("example: nadir info --check kampala.tif");
   return app::run_command(app, argc, argv, [&]() -> Result<void> {
-    const auto description = tile::describe(path);
-    if (!description) return fail(description);
     const auto opened = tile::Map::open(path);
+    const auto description = opened ? Result<tile::MapDescription>(opened->description()) : tile::describe(path);
+    if (!description) return fail(description);
     if (json)
       fmt::print(
           "{}\n",
@@ -147,6 +151,6 @@ int main(int argc, char** argv) {
       app::print_text(*description, opened);
     if (!check) return {};
     if (!opened) return fail(opened);
-    return app::check_every_cell(*opened);
+    return app::check_every_tile(*opened);
   });
 }

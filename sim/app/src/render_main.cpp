@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <chrono>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "nadir/base/files.h"
 #include "nadir/base/progress.h"
@@ -18,6 +19,8 @@ namespace {
 
 struct Summary {
   std::size_t frames = 0, rejected = 0, blank = 0;  // blank: frames without one valid pixel
+  std::size_t damaged = 0;                          // frames that saw damaged tiles
+  std::set<std::string> damage;
   double seconds = 0;
   std::vector<double> frame_ms;
   render::Explanation explanation;
@@ -35,6 +38,7 @@ void print_json(const Summary& summary, const render::Renderer& renderer, const 
   nlohmann::ordered_json json = {
       {"frames", summary.frames},
       {"rejected", summary.rejected},
+      {"damaged", summary.damaged},
       {"blank", summary.blank},
       {"seconds", summary.seconds},
       {"median_frame_ms", summary.median_ms()},
@@ -105,6 +109,12 @@ Result<void> render_frames(const RenderArguments& arguments, const render::Rende
                               frame.error().kind == Error::Kind::OverBudget ? " with --cache" : ""));
     ++summary.frames;
     if (is_blank(*frame)) ++summary.blank;
+    bool damaged = false;
+    for (const render::FrameLayer& layer : frame->layers()) {
+      damaged = damaged || !layer.truth.damage.empty();
+      summary.damage.insert(layer.truth.damage.begin(), layer.truth.damage.end());
+    }
+    summary.damaged += damaged;
     summary.frame_ms.push_back(frame->truth().render_ms);
     if (frame_options.explain) summary.explanation = frame->explanation();
     if (!arguments.no_pictures && dataset) overview.add(frame->truth(), pose.time_ns);
@@ -187,7 +197,7 @@ Result<void> run(const RenderArguments& arguments) {
         stderr,
         "nadir render: note: no frame shows any of a map; {}; check the poses, and that the map holds data there\n",
         whereabouts(*scene, poses->front()));
-  return {};
+  return report_damage(summary.damaged, summary.damage);
 }
 
 }  // namespace

@@ -118,6 +118,9 @@ Result<RunSummary> Run::execute(render::Renderer& renderer, std::span<Sink* cons
               }
               first = false;
               ++summary.frames;
+              const auto& damage = rendered->truth().damage;
+              summary.damaged += !damage.empty();
+              summary.damage.insert(damage.begin(), damage.end());
               frame = std::move(*rendered);
             } else {
               ++summary.rejected;

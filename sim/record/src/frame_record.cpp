@@ -110,6 +110,7 @@ std::string frame_record(const FrameFile& file, const render::FrameLayer& layer)
   json["homography_max_error_px"] = or_null(t.homography_max_error_px);
   json["footprint"] = footprint(t);
   json["valid_fraction"] = t.valid_fraction;
+  json["damage"] = t.damage;
   json["image_gsd_m"] = or_null(t.image_gsd_m);
   json["magnification"] = or_null(t.magnification);
   json["map_resolution_limited"] = or_null(t.magnification, [](double m) { return m > 1; });

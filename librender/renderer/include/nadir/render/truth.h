@@ -3,6 +3,7 @@
 #include <array>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "nadir/geodesy/attitude.h"
 #include "nadir/render/exact_chain.h"
@@ -38,7 +39,8 @@ struct Truth {
   std::array<std::optional<Eigen::Vector2d>, 4> footprint_texel, footprint_uv;
 
   double valid_fraction = 0;
-  std::optional<double> image_gsd_m;    // at the image's middle, on the surface; empty where that sees no ground
+  std::vector<std::string> damage;    // tiles that cannot be decoded, with file and cause: invalid where they are seen
+  std::optional<double> image_gsd_m;  // at the image's middle, on the surface; empty where that sees no ground
   std::optional<double> magnification;  // map texels over image pixels, as lengths on the ground
 
   Quality quality = Quality::balanced;

@@ -1,6 +1,9 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
 #include <vector>
 
 #include "nadir/tile/cell.h"
@@ -14,9 +17,27 @@ enum class Domain {
   Decibel,  // stored as dB, held and averaged in power, as Float32
 };
 
+/// Cells that are loaded together, since one stored tile holds them: cols by rows of one level.
+struct CellBlock {
+  std::int32_t level = 0, col = 0, row = 0;  // of its first cell
+  std::int32_t cols = 1, rows = 1;
+
+  std::size_t size() const { return static_cast<std::size_t>(cols) * static_cast<std::size_t>(rows); }
+  /// Place of a cell of it in a list of its cells, row by row.
+  std::size_t index(std::int32_t cell_col, std::int32_t cell_row) const {
+    return static_cast<std::size_t>(cell_row - row) * static_cast<std::size_t>(cols) +
+           static_cast<std::size_t>(cell_col - col);
+  }
+};
+
+struct TileKey;
+
+/// What of a block was brought from far away before it is decoded. A value that only its source can read.
+class FetchedBlock;
+
 /// Cells of some bands of a map, in one domain.
 /// Thread-safe.
-class CellSource {
+class CellSource : public std::enable_shared_from_this<CellSource> {
  public:
   /// `bands`: data bands, numbers from 1, each at most once; all of them where empty.
   static Result<std::shared_ptr<const CellSource>> make(const Map& map, std::vector<int> bands, Domain domain);
@@ -30,16 +51,37 @@ class CellSource {
   /// Memory that a cell takes at most, known before it is read.
   std::uint64_t cell_bytes() const;
 
-  /// Reads a cell. Never calls the cache.
-  Result<CellPtr> load(int level, std::int32_t col, std::int32_t row) const;
+  /// The block that a cell is loaded with: a stored tile where that is made of whole cells, else the cell alone.
+  CellBlock block_of(int level, std::int32_t col, std::int32_t row) const;
+
+  /// Whether blocks come from far away, so that `fetch` saves journeys.
+  bool is_remote() const;
+  /// Brings several blocks at once. In their order, each with its own error; null for one that `load` has to read.
+  std::vector<Result<std::shared_ptr<const FetchedBlock>>> fetch(std::span<const CellBlock> blocks) const;
+
+  /// Loads the cells of a block for which `wanted` is set (all where it is empty), row by row, null for the others.
+  /// Apron parts within the block and beyond the level's edge are there, those in other blocks are not.
+  /// `fetched`: from `fetch`, or null to read now. Damaged where its tile cannot be decoded. Never calls the cache.
+  Result<std::vector<std::shared_ptr<Cell>>> load(const CellBlock& block, std::span<const std::uint8_t> wanted = {},
+                                                  const FetchedBlock* fetched = nullptr) const;
+
+  /// Cells that stand for a block that is damaged: all invalid, saying why.
+  std::vector<std::shared_ptr<Cell>> damaged(const CellBlock& block, std::span<const std::uint8_t> wanted,
+                                             const std::string& why) const;
+
+  /// The cell that holds what belongs into an apron part of cell (col, row), seen from there: that of the part itself,
+  /// or where that would lie beyond the level the one beside it.
+  ApronPart holder_of(int level, std::int32_t col, std::int32_t row, ApronPart part) const;
 
  private:
   CellSource(const Map& map, std::vector<int> bands, SampleType type, Domain domain);
+  std::optional<TileKey> tile_of(const CellBlock& block) const;  // empty where it is no stored tile
 
   std::uint64_t id_;  // unique in the process
   Map map_;
   std::vector<int> bands_;
-  SampleType type_;
+  SampleType stored_;  // as the map reads them
+  SampleType type_;    // as cells hold them
   Domain domain_;
 };
 

@@ -6,12 +6,16 @@
 #include <string>
 #include <vector>
 
+#include "nadir/base/byte_source.h"
 #include "nadir/base/result.h"
 #include "nadir/geodesy/geodetic.h"
 #include "nadir/geodesy/projection.h"
 #include "nadir/tile/map_description.h"
 
 namespace nadir::tile {
+
+class Raster;
+class TiffTiles;
 
 /// A rectangle of texels of one level, from (x, y) at its top left; inside the level.
 struct Window {
@@ -29,20 +33,22 @@ struct Texels {
 
 /// What a map has cost so far.
 struct MapCounters {
-  std::int64_t windows_read = 0;
+  std::int64_t windows_read = 0;  // of a tiled TIFF, whole tiles
   std::int64_t samples_read = 0;  // texels times bands
 };
 
 /// A georeferenced raster with levels, on disk.
 ///
-/// Whatever GDAL opens; texels are read when asked for, and only the bands asked for. A texel is invalid where
-/// the file's mask (of any band read, where each has its own) or alpha band is below half, where every band read equals
-/// its nodata value, or where any sample read is not finite. Cheap to copy: copies share the open file. Thread-safe;
-/// each reading thread gets its own GDAL handle.
+/// Whatever GDAL opens; tiled TIFFs are decoded without it. Texels are read when asked for, and only the bands asked
+/// for. A texel is invalid where the file's mask (of any band read, where each has its own) or alpha band is below
+/// half, where every band read equals its nodata value, or where any sample read is not finite. Cheap to copy: copies
+/// share the open file. Thread-safe.
 class Map {
  public:
   /// Fails where there is no such raster, or it lacks a georeference that PROJ can relate to WGS-84.
   static Result<Map> open(const std::string& path);
+  /// A tiled TIFF whose bytes come from anywhere.
+  static Result<Map> open(std::shared_ptr<const ByteSource> source);
 
   const MapDescription& description() const;
   const std::vector<Level>& levels() const { return description().levels; }
@@ -60,7 +66,7 @@ class Map {
   /// A Web-Mercator metre is not a metre and a degree is not square: this is measured on the ground.
   const Eigen::Vector2d& texel_size_m() const;
 
-  /// Reads `bands` (numbers from 1, data bands) of a window.
+  /// Reads `bands` (numbers from 1, data bands) of a window. Damaged where it cannot be decoded; other windows may be.
   Result<Texels> read(int level, const Window& window, std::span<const int> bands) const;
 
   /// The type in which `bands` are read: their own where they agree, else Float32.
@@ -69,6 +75,11 @@ class Map {
   MapCounters counters() const;
 
  private:
+  friend class CellSource;
+  static Result<Map> over(std::unique_ptr<Raster> raster);
+  const TiffTiles* tiles() const;  // null where tiles are not decoded here
+  void count_read(std::int64_t texels, std::size_t bands) const;
+
   struct Shared;
   explicit Map(std::shared_ptr<Shared> shared) : shared_(std::move(shared)) {}
   std::shared_ptr<Shared> shared_;

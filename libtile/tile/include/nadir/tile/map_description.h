@@ -37,7 +37,7 @@ enum class ValiditySource { None, Nodata, Mask, Alpha };
 
 struct Georeference {
   std::string crs;                 // "EPSG:32614", or the CRS's name
-  std::string wkt;                 // WKT2
+  std::string definition;          // what says it all: "EPSG:32614", or WKT2
   Eigen::Affine2d crs_from_texel;  // texel (0, 0) is the outer corner of the first one
 };
 

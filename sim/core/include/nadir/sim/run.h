@@ -2,6 +2,7 @@
 
 #include <map>
 #include <memory>
+#include <set>
 #include <span>
 #include <string>
 #include <vector>
@@ -30,6 +31,8 @@ struct PreparedVehicle {
 /// What a run cost and saw.
 struct RunSummary {
   std::int64_t frames = 0, rejected = 0;
+  std::size_t damaged = 0;                            // frames that saw damaged tiles
+  std::set<std::string> damage;                       // those tiles, each once
   double seconds = 0;                                 // of the machine's clock
   std::vector<std::string> plan_done, plan_left_out;  // of the first frame of each sensor
 };
