@@ -19,11 +19,13 @@ message("${output}")
 if(NOT output MATCHES "mean 13[0-9][.][0-9]+ valid (0[.]99[0-9]|1[.]000) top_left 0[.]35145[0-9]+ 32[.]59504[0-9]+")
   message(FATAL_ERROR "unexpected: ${output}")
 endif()
-# What GDAL itself brings in is not ours to leave out: ask for what the program names.
+# What is loaded when it is needed, if ever: GDAL and PROJ with the first raster that needs them.
 run(readelf -d ${WORK}/build/consumer)
-foreach(library OpenImageIO opencv ros curl)
+foreach(library OpenImageIO opencv ros curl gdal proj)
   if(output MATCHES "NEEDED.*lib${library}")
     message(FATAL_ERROR "a program that renders links ${library}")
   endif()
 endforeach()
 run(${WORK}/prefix/bin/nadir info ${SOURCE}/sim/demo/maps/naip_2010.tif)
+# A map that needs GDAL, whose module a program outside finds along its run path
+run(${WORK}/build/consumer ${SOURCE}/sim/demo/maps/naip_2010.tif ${SOURCE}/sim/demo/runs/rgb.yaml)

@@ -6,6 +6,9 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <vector>
+
+#include "nadir/geodesy/crs_module.h"
 
 namespace nadir::geodesy {
 namespace {
@@ -29,6 +32,77 @@ TEST(Projection, WebMercatorIsItsFormula) {
   const double lat = to_radians(60), a = 6378137;
   const Eigen::Vector2d expected(a * to_radians(-99), a * std::log(std::tan(std::numbers::pi / 4 + lat / 2)));
   EXPECT_NEAR((project(projection, -99, 60) - expected).norm(), 0, 1e-8);
+  EXPECT_FALSE(projection.uses_library());
+}
+
+struct Form {
+  int code;
+  double meridian_deg;
+};
+class ClosedForms : public testing::TestWithParam<Form> {};
+
+TEST_P(ClosedForms, AgreeWithTheLibrary) {
+  // All latitudes to 84 degrees, to 30 degrees beside the meridian; about 0.1 um of rounding at 1e7 m, and 5 nm of the
+  // series.
+  constexpr double bound_m = 2e-7;
+  const std::string name = "EPSG:" + std::to_string(GetParam().code);
+  const auto projection = Projection::from_definition(name).value();
+  const auto library = crs_module().value()->open(name).value();
+  ASSERT_FALSE(projection.uses_library());
+  std::vector<Eigen::Vector2d> degrees;
+  for (double lat = -84; lat <= 84; lat += 7)
+    for (double beside = -30; beside <= 30; beside += 2.5) degrees.emplace_back(GetParam().meridian_deg + beside, lat);
+  auto theirs = degrees, ours = degrees;
+  for (auto& p : ours) p = {to_radians(p.x()), to_radians(p.y())};
+  library->transform(LibraryCrs::Direction::Into, theirs);
+  projection.crs_from_lon_lat(ours);
+  double worst = 0;
+  for (std::size_t i = 0; i < ours.size(); ++i) worst = std::max(worst, (ours[i] - theirs[i]).norm());
+  EXPECT_LE(worst, bound_m);
+  // And back, in metres on the ground
+  projection.lon_lat_from_crs(ours);
+  worst = 0;
+  for (std::size_t i = 0; i < ours.size(); ++i)
+    worst = std::max(
+        worst, 6.4e6 * (ours[i] - Eigen::Vector2d(to_radians(degrees[i].x()), to_radians(degrees[i].y()))).norm());
+  EXPECT_LE(worst, bound_m);
+}
+INSTANTIATE_TEST_SUITE_P(Projection, ClosedForms,
+                         testing::Values(Form{3857, -20}, Form{32614, -99}, Form{32631, 3}, Form{32633, 15},
+                                         Form{32714, -99}, Form{32755, 147}, Form{32606, -147}));
+
+TEST(Projection, UtmEndsWhereTheLibraryEnds) {
+  const auto projection = Projection::from_definition("EPSG:32631").value();
+  const auto library = crs_module().value()->open("EPSG:32631").value();
+  int defined = 0, undefined = 0;
+  for (double lon = 3; lon < 183; lon += 1) {
+    std::array<Eigen::Vector2d, 1> theirs = {Eigen::Vector2d(lon, 0.5)};
+    library->transform(LibraryCrs::Direction::Into, theirs);
+    const bool finite = project(projection, lon, 0.5).allFinite();
+    (finite ? defined : undefined) += 1;
+    EXPECT_EQ(finite, theirs[0].allFinite()) << lon;
+  }
+  EXPECT_GT(defined, 80);
+  EXPECT_GT(undefined, 5);
+}
+
+TEST(Projection, AClosedFormIsTheSameCrsHoweverItIsDefined) {
+  for (const char* code : {"EPSG:4326", "EPSG:3857", "EPSG:32614"}) {
+    const auto by_code = Projection::from_definition(code).value();
+    const auto by_wkt = Projection::from_definition(by_code.wkt().value()).value();
+    EXPECT_FALSE(by_wkt.uses_library()) << code;
+    EXPECT_TRUE(by_code == by_wkt);
+  }
+  // One that only looks like it
+  const auto other = Projection::from_definition("+proj=utm +zone=14 +ellps=intl +type=crs").value();
+  EXPECT_TRUE(other.uses_library());
+  EXPECT_FALSE(other == Projection::from_definition("EPSG:32614").value());
+}
+
+TEST(Projection, OtherCrsGoThroughTheLibraryAndAreCounted) {
+  const auto projection = Projection::from_definition("EPSG:3035").value();
+  EXPECT_TRUE(projection.uses_library());
+  EXPECT_TRUE(project(projection, 10, 52).isApprox(Eigen::Vector2d(4321000, 3210000))) << "its false origin";
   EXPECT_EQ(projection.library_points(), 1);
 }
 

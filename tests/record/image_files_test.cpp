@@ -15,6 +15,7 @@
 #include <thread>
 
 #include "support/small_disk.h"
+#include "nadir/base/module.h"
 #include "support/temporary_folder.h"
 
 namespace nadir::record {
@@ -224,7 +225,7 @@ TEST(ImageFiles, TheFolderThatNadirModulesNamesIsSearchedLast) {
   const char* set = std::getenv("NADIR_MODULES");
   const std::string before = set ? set : "";
   setenv("NADIR_MODULES", "/somewhere/else", 1);
-  const auto folders = module_folders();
+  const auto folders = nadir::module_folders();
   setenv("NADIR_MODULES", "", 1);
   const auto without = module_folders();
   setenv("NADIR_MODULES", before.c_str(), 1);

@@ -1,22 +1,17 @@
 #include "nadir/geodesy/height.h"
 
 #include <fmt/format.h>
-#include <ogr_spatialref.h>
 
 #include <array>
 #include <cmath>
-#include <memory>
 
 #include "nadir/base/text.h"
+#include "nadir/geodesy/crs_module.h"
 
 namespace nadir::geodesy {
 namespace {
 
 constexpr std::array<std::string_view, 3> datum_names = {"ellipsoid", "msl", "agl"};
-
-struct DestroyTransformation {
-  void operator()(OGRCoordinateTransformation* t) const { OGRCoordinateTransformation::DestroyCT(t); }
-};
 
 }  // namespace
 
@@ -40,23 +35,9 @@ Result<TypedHeight> parse_height(std::string_view text) {
 }
 
 Result<double> geoid_height_m(double lat_rad, double lon_rad) {
-  // One transformation a thread: OGR's are not to be shared.
-  thread_local const auto ellipsoid_from_geoid = [] {
-    OGRSpatialReference sea_level, ellipsoid;
-    sea_level.importFromEPSG(9707);  // WGS 84 + EGM96 height
-    ellipsoid.importFromEPSG(4979);  // WGS 84, three-dimensional
-    sea_level.SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
-    ellipsoid.SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
-    OGRCoordinateTransformationOptions options;
-    options.SetBallparkAllowed(false);
-    return std::unique_ptr<OGRCoordinateTransformation, DestroyTransformation>(
-        OGRCreateCoordinateTransformation(&sea_level, &ellipsoid, options));
-  }();
-  double x = to_degrees(lon_rad), y = to_degrees(lat_rad), z = 0;
-  if (!ellipsoid_from_geoid || !ellipsoid_from_geoid->Transform(1, &x, &y, &z) || !std::isfinite(z))
-    return fail(Error::Kind::NotFound,
-                "heights above mean sea level need PROJ's EGM96 grid: install the package proj-data");
-  return z;
+  const auto module = crs_module();
+  if (!module) return fail(module);
+  return (*module)->geoid_height_m(lat_rad, lon_rad);
 }
 
 Result<double> ellipsoidal_height_m(const TypedHeight& height, double lat_rad, double lon_rad, double ground_m) {

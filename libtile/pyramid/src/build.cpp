@@ -6,11 +6,11 @@
 #include <chrono>
 
 #include "codec.h"
-#include "describe.h"
-#include "gdal_dataset.h"
 #include "mosaic.h"
 #include "nadir/base/files.h"
 #include "nadir/base/progress.h"
+#include "nadir/gdal/dataset.h"
+#include "nadir/gdal/describe.h"
 #include "nadir/tile/map.h"
 #include "reduce.h"
 #include "scratch.h"
@@ -135,10 +135,10 @@ Result<void> write_map(const Mosaic& mosaic, const std::vector<fs::path>& levels
   creation.SetNameValue("OVERVIEW_COUNT", std::to_string(level_sizes(mosaic.width, mosaic.height).size()).c_str());
   creation.SetNameValue("OVERVIEW_RESAMPLING", reduction == Reduction::Mode ? "MODE" : "AVERAGE");
 
-  const tile::GdalMessages messages;
+  const gdal::GdalMessages messages;
   GdalProgress progress(options.show_progress);
   GDALDriver* driver = GetGDALDriverManager()->GetDriverByName("COG");
-  tile::Dataset map{
+  gdal::Dataset map{
       driver->CreateCopy(path.c_str(), source->get(), FALSE, creation.List(), &GdalProgress::report, &progress)};
   const bool written = map != nullptr;
   map.reset();  // what is still buffered is written here, and may fail here
@@ -150,11 +150,11 @@ Result<void> write_map(const Mosaic& mosaic, const std::vector<fs::path>& levels
 
 /// Reads the last tile of every level: level 0 lies last in the file, so one that was cut short fails here.
 Result<void> check_readable(const fs::path& path, const fs::path& output) {
-  auto map = tile::open_raster(path.string());
+  auto map = gdal::open_raster(path.string());
   if (!map)
     return fail(Error::Kind::Io,
                 fmt::format("{}: was not written as a readable file: {}", output.string(), map.error().message));
-  const tile::GdalMessages messages;
+  const gdal::GdalMessages messages;
   GDALRasterBand& band = *(*map)->GetRasterBand(1);
   for (int i = -1; i < band.GetOverviewCount(); ++i) {
     GDALRasterBand& level = i < 0 ? band : *band.GetOverview(i);

@@ -17,7 +17,7 @@ using tile::ValiditySource;
 Result<std::vector<std::pair<std::string, std::string>>> common_metadata(const std::vector<Source>& sources) {
   std::vector<std::pair<std::string, std::string>> common;
   for (std::size_t i = 0; i < sources.size(); ++i) {
-    auto dataset = tile::open_raster(sources[i].path);
+    auto dataset = gdal::open_raster(sources[i].path);
     if (!dataset) return fail(dataset);
     if (i == 0) {
       for (char** item = (*dataset)->GetMetadata(); item && *item; ++item) {
@@ -134,7 +134,7 @@ Result<Mosaic> lay_out(std::vector<Source> sources, bool alpha_to_mask) {
   return mosaic;
 }
 
-Result<tile::Dataset> open_mosaic(const Mosaic& mosaic, std::span<const std::filesystem::path> levels) {
+Result<gdal::Dataset> open_mosaic(const Mosaic& mosaic, std::span<const std::filesystem::path> levels) {
   const Source& first = mosaic.sources.front();
   const auto piece = [&](std::size_t i, std::string band, std::string rule) {
     const Source& source = mosaic.sources[i];
@@ -170,13 +170,13 @@ Result<tile::Dataset> open_mosaic(const Mosaic& mosaic, std::span<const std::fil
   }
   xml += "</VRTDataset>\n";
 
-  auto dataset = tile::open_raster(xml);
+  auto dataset = gdal::open_raster(xml);
   if (!dataset)
     return fail(Error::Kind::Malformed, fmt::format("{}: cannot be read as a mosaic: {}", first.label,
                                                     dataset.error().message.substr(xml.size())));
-  auto properties = tile::open_raster(first.path);
+  auto properties = gdal::open_raster(first.path);
   if (!properties) return fail(properties);
-  const tile::GdalMessages messages;
+  const gdal::GdalMessages messages;
   (*dataset)->SetSpatialRef((*properties)->GetSpatialRef());
   for (const auto& [key, value] : mosaic.metadata) (*dataset)->SetMetadataItem(key.c_str(), value.c_str());
   for (int b = 1; b <= mosaic.band_count; ++b)

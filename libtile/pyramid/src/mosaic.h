@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "gdal_dataset.h"
+#include "nadir/gdal/dataset.h"
 #include "source.h"
 
 namespace nadir::pyramid {
@@ -26,6 +26,6 @@ Result<Mosaic> lay_out(std::vector<Source> sources, bool alpha_to_mask);
 
 /// The mosaic as a GDAL virtual raster, to be read by one thread. Its overviews are `levels`: rasters with the
 /// mosaic's bands, and with its mask band where it has one.
-Result<tile::Dataset> open_mosaic(const Mosaic& mosaic, std::span<const std::filesystem::path> levels);
+Result<gdal::Dataset> open_mosaic(const Mosaic& mosaic, std::span<const std::filesystem::path> levels);
 
 }  // namespace nadir::pyramid

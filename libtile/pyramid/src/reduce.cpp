@@ -126,7 +126,7 @@ bool reduce_rectangle(const Level& fine, const Level& coarse, const Rectangle& t
 }
 
 /// An empty tiled file for one level.
-tile::Dataset create_level(const std::filesystem::path& path, const LevelSize& size, int bands, GDALDataType type,
+gdal::Dataset create_level(const std::filesystem::path& path, const LevelSize& size, int bands, GDALDataType type,
                            int tile_size) {
   const std::string side = std::to_string(tile_size);
   CPLStringList creation;
@@ -137,7 +137,7 @@ tile::Dataset create_level(const std::filesystem::path& path, const LevelSize& s
   creation.SetNameValue("INTERLEAVE", "BAND");
   creation.SetNameValue("PHOTOMETRIC", "MINISBLACK");
   GDALDriver* driver = GetGDALDriverManager()->GetDriverByName("GTiff");
-  return tile::Dataset{driver->Create(path.c_str(), size.width, size.height, bands, type, creation.List())};
+  return gdal::Dataset{driver->Create(path.c_str(), size.width, size.height, bands, type, creation.List())};
 }
 
 }  // namespace
@@ -197,19 +197,19 @@ Result<std::vector<std::filesystem::path>> reduce(GDALDataset& full, const Mosai
   for (const LevelSize& size : sizes) tiles += tiles_of(size);
   Progress progress("reducing", "tiles", tiles, show_progress);
 
-  const tile::GdalMessages messages;
+  const gdal::GdalMessages messages;
   const auto broken = [&](std::size_t level) {
     return fail(Error::Kind::Io, fmt::format("{}: level {} cannot be made: {}; is a source damaged, or the disk full?",
                                              scratch.output().string(), level, messages.first()));
   };
   std::vector<std::filesystem::path> files;
-  tile::Dataset fine_samples;  // of level 1 on; level 0 is the caller's
+  gdal::Dataset fine_samples;  // of level 1 on; level 0 is the caller's
   Level fine{&full, mosaic.mask ? full.GetRasterBand(1)->GetMaskBand() : nullptr};
   LevelSize fine_size{mosaic.width, mosaic.height};
   for (const LevelSize& size : sizes) {
     const std::size_t number = files.size() + 1;
     files.push_back(scratch.file(fmt::format("level{}.tif", number)));
-    tile::Dataset samples = create_level(files.back(), size, mosaic.band_count, mosaic.sources.front().type, tile_size);
+    gdal::Dataset samples = create_level(files.back(), size, mosaic.band_count, mosaic.sources.front().type, tile_size);
     if (!samples || (mosaic.mask && samples->CreateMaskBand(GMF_PER_DATASET) != CE_None)) return broken(number);
     for (int b = 1; b <= mosaic.band_count; ++b) {
       const BandRule& rule = rules[static_cast<std::size_t>(b) - 1];

@@ -6,8 +6,8 @@
 #include <span>
 #include <vector>
 
-#include "gdal_dataset.h"
 #include "mosaic.h"
+#include "nadir/gdal/dataset.h"
 #include "nadir/pyramid/build.h"
 #include "scratch.h"
 

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <filesystem>
 
-#include "describe.h"
-#include "gdal_dataset.h"
+#include "nadir/gdal/dataset.h"
+#include "nadir/gdal/describe.h"
 #include "tile_folder.h"
 
 namespace nadir::pyramid {
@@ -26,11 +26,11 @@ Result<Source> open_source(const std::string& name, std::optional<int> zoom) {
     source.path = fs::absolute(name, error).string();  // a virtual raster would look for it beside itself
   }
 
-  auto dataset = tile::open_raster(source.path);
+  auto dataset = gdal::open_raster(source.path);
   if (!dataset) return fail(dataset.error().kind, dataset.error().message);
-  const tile::GdalMessages messages;
+  const gdal::GdalMessages messages;
   std::vector<int> unused_overviews;
-  source.description = tile::describe_dataset(**dataset, name, unused_overviews);
+  source.description = gdal::describe_dataset(**dataset, name, unused_overviews);
   if (!source.description.georeference)
     return fail(Error::Kind::Malformed, fmt::format("{}: expected a georeferenced raster, found {}", name,
                                                     source.description.georeference_problem));

@@ -8,7 +8,7 @@
 #include <numbers>
 #include <vector>
 
-#include "gdal_dataset.h"
+#include "nadir/gdal/dataset.h"
 #include "virtual_source.h"
 
 namespace nadir::pyramid {
@@ -66,7 +66,7 @@ std::optional<int> find_deepest_zoom(const fs::path& folder) {
 
 /// Pieces for red, green, blue and alpha that one tile gives.
 Result<std::array<VirtualSource, 4>> pieces_of(const TileFile& tile, int side, int left, int top) {
-  auto dataset = tile::open_raster(tile.path.string());
+  auto dataset = gdal::open_raster(tile.path.string());
   if (!dataset) return fail(dataset);
   GDALDataset& raster = **dataset;
   const int count = raster.GetRasterCount();
@@ -121,7 +121,7 @@ Result<std::string> virtual_raster_of_tiles(const fs::path& folder, std::optiona
                   fmt::format("{}: zoom {} has {} columns and rows only", tile.path.string(), *zoom, count));
   }
   const int top = tiles.front().y, bottom = tiles.back().y;
-  auto first = tile::open_raster(tiles.front().path.string());
+  auto first = gdal::open_raster(tiles.front().path.string());
   if (!first) return fail(first);
   const int side = (*first)->GetRasterXSize();
   const std::int64_t width = (std::int64_t{right} - left + 1) * side, height = (std::int64_t{bottom} - top + 1) * side;

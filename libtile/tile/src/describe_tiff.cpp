@@ -11,6 +11,7 @@
 
 #include "nadir/base/text.h"
 #include "nadir/tiff/decode.h"
+#include "nadir/tile/raster.h"
 
 namespace nadir::tile {
 namespace {

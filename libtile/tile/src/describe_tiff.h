@@ -9,10 +9,4 @@ namespace nadir::tile {
 /// a CRS that is named by a code with a closed form, or none. Unsupported, saying what, for all others.
 Result<MapDescription> describe_tiff(const tiff::TiffFile& file);
 
-/// Warnings that hold for every raster.
-void add_warnings(MapDescription& map);
-
-/// Whether `level`, from a list whose first is `full`, shrinks both axes alike.
-bool level_belongs(const Level& level, const Level& full);
-
 }  // namespace nadir::tile

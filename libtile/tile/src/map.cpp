@@ -7,7 +7,8 @@
 #include <atomic>
 #include <cassert>
 
-#include "raster.h"
+#include "nadir/tile/raster.h"
+#include "tiff_raster.h"
 #include "validity.h"
 
 namespace nadir::tile {
@@ -27,7 +28,9 @@ Result<Map> Map::open(const std::string& path) {
   if (auto file = LocalFile::open(path))
     if (auto raster = open_tiff_raster(std::move(*file))) return over(std::move(*raster));
   // All others, and those whose fault GDAL knows best how to tell
-  auto raster = open_gdal_raster(path);
+  const auto module = raster_module();
+  if (!module) return fail(module.error().kind, fmt::format("{}: {}", path, module.error().message));
+  auto raster = (*module)->open(path);
   if (!raster) return fail(raster);
   return over(std::move(*raster));
 }
@@ -130,7 +133,9 @@ Result<Texels> Map::read(int level, const Window& window, std::span<const int> b
 Result<MapDescription> describe(const std::string& path) {
   if (auto file = LocalFile::open(path))
     if (auto raster = open_tiff_raster(std::move(*file))) return (*raster)->description();
-  return describe_by_gdal(path);
+  const auto module = raster_module();
+  if (!module) return fail(module.error().kind, fmt::format("{}: {}", path, module.error().message));
+  return (*module)->describe(path);
 }
 
 }  // namespace nadir::tile

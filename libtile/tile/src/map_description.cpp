@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "describe_tiff.h"
 #include "nadir/base/text.h"
+#include "nadir/tile/raster.h"
 
 namespace nadir::tile {
 

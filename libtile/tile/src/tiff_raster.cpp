@@ -1,3 +1,5 @@
+#include "tiff_raster.h"
+
 #include <algorithm>
 #include <array>
 #include <cstring>
@@ -5,7 +7,7 @@
 
 #include "describe_tiff.h"
 #include "nadir/tile/cell.h"
-#include "raster.h"
+#include "tiff_tiles.h"
 
 namespace nadir::tile {
 namespace {
@@ -71,7 +73,11 @@ Result<std::unique_ptr<Raster>> open_tiff_raster(std::shared_ptr<const ByteSourc
   auto description = on_disk && has_companions(bytes.name())
                          ? fail(Error::Kind::Unsupported, bytes.name() + ": files beside it say more")
                          : describe_tiff(**file);
-  if (!description && on_disk) description = describe_by_gdal(bytes.name());
+  if (!description && on_disk) {
+    const auto module = raster_module();
+    if (!module) return fail(module);
+    description = (*module)->describe(bytes.name());
+  }
   if (!description) return fail(description);
   if (!description->georeference) return fail(Error::Kind::Unsupported, bytes.name() + ": no georeference");
   for (const Level& level : description->levels)

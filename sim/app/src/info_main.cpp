@@ -91,7 +91,7 @@ Json to_json(const MapDescription& map, const Result<tile::Map>& opened) {
   if (map.georeference) {
     const Eigen::Matrix3d m = map.georeference->crs_from_texel.matrix();
     json["crs"] = map.georeference->crs;
-    if (opened) json["wkt"] = opened->projection().wkt();
+    if (opened) json["wkt"] = opened->projection().wkt().value_or("");
     json["crs_from_texel"] = {m(0, 0), m(0, 1), m(0, 2), m(1, 0), m(1, 1), m(1, 2)};
   }
   json["renderable"] = opened.has_value();

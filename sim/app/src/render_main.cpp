@@ -192,7 +192,7 @@ Result<void> run(const RenderArguments& arguments) {
     return fail(Error::Kind::OutsideMap,
                 fmt::format("no frame was made: all look beyond the map; {}; `--off-map mask` renders what there is",
                             whereabouts(*scene, poses->front())));
-  if (summary.blank == summary.frames)
+  if (summary.blank == summary.frames && summary.damaged == 0)
     fmt::print(
         stderr,
         "nadir render: note: no frame shows any of a map; {}; check the poses, and that the map holds data there\n",

@@ -15,8 +15,9 @@ namespace nadir::geodesy {
 ///
 /// CRS coordinates are in the CRS's own units, east or x first: metres or feet where it is projected, degrees
 /// where it is geographic. Geographic longitudes may pass 180 degrees: `wrap_around` picks the turn.
-/// A CRS that is WGS-84 longitude and latitude needs arithmetic only, and `uses_library()` says so; any
-/// other goes through PROJ, about a microsecond a point, and is counted.
+/// WGS-84 longitude and latitude, its UTM zones and Web Mercator are calculated here, within a nanometre of their
+/// definition (UTM: within 35 degrees of its meridian), and `uses_library()` says so; any other CRS goes through PROJ,
+/// which is loaded then, takes about a microsecond a point, and is counted.
 /// Cheap to copy; copies share the counter. Thread-safe.
 class Projection {
  public:
@@ -25,9 +26,10 @@ class Projection {
 
   /// "EPSG:32614" where the CRS is in that registry, else its name.
   const std::string& name() const;
-  const std::string& wkt() const;
   const std::string& datum() const;  // "World Geodetic System 1984 ensemble"
   bool uses_library() const;
+  /// WKT2, which for a closed form the projection library has to be asked for.
+  Result<std::string> wkt() const;
 
   /// Turns of geographic longitudes are chosen nearest to this x, in CRS units, so that a map which
   /// straddles the antimeridian has one range. No effect on a projected CRS.

@@ -42,10 +42,6 @@ class ImageFiles {
 /// Thread-safe.
 Result<const ImageFiles*> image_files();
 
-/// Where modules are looked for, in this order: beside the running program, where they are installed
-/// seen from there, and the folder that the environment variable NADIR_MODULES names.
-std::vector<std::filesystem::path> module_folders();
-
 /// As `image_files()`, from the first of `folders` that has the module.
 Result<const ImageFiles*> load_image_files(std::span<const std::filesystem::path> folders);
 

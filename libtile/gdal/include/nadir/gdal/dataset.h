@@ -10,7 +10,7 @@
 
 #include "nadir/base/result.h"
 
-namespace nadir::tile {
+namespace nadir::gdal {
 
 struct CloseDataset {
   void operator()(GDALDataset* dataset) const noexcept { GDALClose(dataset); }
@@ -57,4 +57,4 @@ class DatasetPool {
   std::vector<Dataset> idle_;
 };
 
-}  // namespace nadir::tile
+}  // namespace nadir::gdal

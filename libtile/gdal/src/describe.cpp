@@ -1,4 +1,4 @@
-#include "describe.h"
+#include "nadir/gdal/describe.h"
 
 #include <fmt/format.h>
 #include <ogr_spatialref.h>
@@ -8,11 +8,12 @@
 #include <limits>
 #include <string_view>
 
-#include "describe_tiff.h"
-#include "gdal_dataset.h"
 #include "nadir/base/text.h"
+#include "nadir/gdal/dataset.h"
+#include "nadir/tile/raster.h"
 
-namespace nadir::tile {
+namespace nadir::gdal {
+using tile::Band, tile::Georeference, tile::Level, tile::MapDescription, tile::SampleType, tile::ValiditySource;
 namespace {
 
 std::string metadata(GDALMajorObject& object, const char* key, const char* domain = nullptr) {
@@ -98,7 +99,7 @@ std::vector<Level> describe_levels(GDALDataset& dataset, std::vector<int>& overv
       }
       return true;
     }();
-    if (!level_belongs(level, full) || !every_band) {
+    if (!tile::level_belongs(level, full) || !every_band) {
       warnings.push_back(fmt::format("overview {} of {} x {} does not belong to this raster and is not used", i,
                                      level.width, level.height));
       continue;
@@ -173,8 +174,8 @@ MapDescription describe_dataset(GDALDataset& dataset, const std::string& path, s
   map.attribution = first_metadata(dataset, {"NADIR_ATTRIBUTION", "TIFFTAG_COPYRIGHT"});
   map.licence = first_metadata(dataset, {"NADIR_LICENCE"});
   map.role = first_metadata(dataset, {"NADIR_ROLE"});
-  add_warnings(map);
+  tile::add_warnings(map);
   return map;
 }
 
-}  // namespace nadir::tile
+}  // namespace nadir::gdal

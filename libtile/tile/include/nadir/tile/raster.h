@@ -3,11 +3,12 @@
 #include <memory>
 #include <span>
 
-#include "nadir/base/byte_source.h"
+#include "nadir/base/module.h"
 #include "nadir/tile/map.h"
-#include "tiff_tiles.h"
 
 namespace nadir::tile {
+
+class TiffTiles;
 
 /// What a map reads its texels from.
 /// Thread-safe.
@@ -30,14 +31,24 @@ class Raster {
   const MapDescription description_;
 };
 
-/// Any raster that GDAL opens, georeferenced or not.
-Result<MapDescription> describe_by_gdal(const std::string& path);
+/// What needs GDAL, from the module that holds it.
+struct RasterModule {
+  /// Any raster that GDAL opens, georeferenced or not.
+  Result<MapDescription> (*describe)(const std::string& path);
+  /// Any raster that GDAL opens. Fails as `Map::open` does.
+  Result<std::unique_ptr<Raster>> (*open)(const std::string& path);
+  /// See `limit_gdal_block_cache`.
+  void (*limit_block_cache)(std::uint64_t bytes);
+};
+inline constexpr const char* raster_module_entry = "nadir_raster_module_1";
 
-/// Any raster that GDAL opens. Fails as `Map::open` does.
-Result<std::unique_ptr<Raster>> open_gdal_raster(const std::string& path);
+/// Loads it at the first call.
+Result<const RasterModule*> raster_module();
 
-/// A tiled TIFF whose tiles are decoded here; what its headers leave open is asked of GDAL where it is a file on disk.
-/// Unsupported where it is another raster.
-Result<std::unique_ptr<Raster>> open_tiff_raster(std::shared_ptr<const ByteSource> source);
+/// Warnings that hold for every raster.
+void add_warnings(MapDescription& map);
+
+/// Whether `level`, from a list whose first is `full`, shrinks both axes alike.
+bool level_belongs(const Level& level, const Level& full);
 
 }  // namespace nadir::tile

@@ -1,4 +1,4 @@
-#include "gdal_dataset.h"
+#include "nadir/gdal/dataset.h"
 
 #include <cpl_conv.h>
 #include <fmt/format.h>
@@ -8,9 +8,9 @@
 #include <optional>
 
 #include "nadir/base/text.h"
-#include "nadir/tile/map.h"
+#include "nadir/gdal/raster.h"
 
-namespace nadir::tile {
+namespace nadir::gdal {
 namespace {
 
 /// While in scope, datasets opened by this thread decode in their caller's thread, whatever GDAL_NUM_THREADS says. Our
@@ -106,8 +106,8 @@ void DatasetPool::give_back(Dataset dataset) {
   idle_.push_back(std::move(dataset));
 }
 
-void limit_gdal_block_cache(std::uint64_t bytes) {
+void limit_block_cache(std::uint64_t bytes) {
   if (!CPLGetConfigOption("GDAL_CACHEMAX", nullptr)) GDALSetCacheMax64(static_cast<GIntBig>(bytes));
 }
 
-}  // namespace nadir::tile
+}  // namespace nadir::gdal

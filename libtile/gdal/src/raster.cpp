@@ -2,12 +2,14 @@
 
 #include <array>
 
-#include "describe.h"
-#include "gdal_dataset.h"
 #include "nadir/base/text.h"
-#include "raster.h"
+#include "nadir/gdal/dataset.h"
+#include "nadir/gdal/describe.h"
+#include "nadir/gdal/raster.h"
 
-namespace nadir::tile {
+namespace nadir::gdal {
+using tile::Level, tile::MapDescription, tile::Raster, tile::SampleType, tile::Texels, tile::ValiditySource,
+    tile::Window;
 namespace {
 
 /// GDAL decodes whole blocks, and a header may claim any size for them.
@@ -121,4 +123,4 @@ Result<std::unique_ptr<Raster>> open_gdal_raster(const std::string& path) {
   return std::make_unique<GdalRaster>(std::move(description), std::move(overview_of_level), std::move(*dataset));
 }
 
-}  // namespace nadir::tile
+}  // namespace nadir::gdal

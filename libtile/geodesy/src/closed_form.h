@@ -1,0 +1,24 @@
+#pragma once
+
+#include <memory>
+#include <span>
+
+#include "nadir/geodesy/geodetic.h"
+
+namespace nadir::geodesy {
+
+/// A CRS that is calculated here, without a library.
+/// Thread-safe.
+class ClosedForm {
+ public:
+  virtual ~ClosedForm() = default;
+  virtual bool geographic() const { return false; }
+  /// In place, (lon_rad, lat_rad) to (x, y), degrees or metres, and back. Outside its domain: NaN.
+  virtual void forward(std::span<Eigen::Vector2d> points) const = 0;
+  virtual void inverse(std::span<Eigen::Vector2d> points) const = 0;
+};
+
+/// The closed form of EPSG:`code`: 4326, 3857, 32601 to 32660, 32701 to 32760. Null for all others.
+std::shared_ptr<const ClosedForm> closed_form(int code);
+
+}  // namespace nadir::geodesy
