@@ -225,7 +225,7 @@ Clock::duration Engine::start_waiting() {
     } else if (start_time > now) {
       pause = std::min(pause, start_time - now);
       ++it;
-    } else if (host.under_way >= exchange->endpoint->options.connections) {
+    } else if (host.under_way >= std::max(1, exchange->endpoint->options.connections)) {
       ++it;
     } else {
       it = waiting_.erase(it);

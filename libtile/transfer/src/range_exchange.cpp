@@ -67,7 +67,7 @@ Verdict RangeExchange::head(const Head& head) {
     case 416: {
       const auto range = parse_content_range(head["content-range"]);
       const auto total = range ? range->total : std::nullopt;
-      if (opening_ && total == 0 && (!known_ || known_->size == 0)) {
+      if (opening_ && total.value_or(1) == 0 && (!known_ || known_->size == 0)) {
         known_ = version_of(head, 0);
         size_ = 0;
         whole_position_ = 0;  // whatever the body says is no part of the file

@@ -176,6 +176,14 @@ void HttpFile::keep(std::uint64_t offset, std::span<const std::byte> bytes) cons
   }
 }
 
+/// The file's first block, where the cache has it: a reader of headers comes back to it many times.
+std::vector<std::byte> cached_start(const Endpoint& endpoint, DiskCache& cache, const FileVersion& version) {
+  std::vector<std::byte> start(std::min(block_bytes, version.size));
+  if (!cache.load(DiskCache::file_key(endpoint.target.identity, version), 0, start)) return {};
+  endpoint.count(&Tally::cache_hits);
+  return start;
+}
+
 Result<std::shared_ptr<const RemoteFile>> open_offline(std::shared_ptr<const Endpoint> endpoint,
                                                        std::shared_ptr<DiskCache> cache) {
   const Target& target = endpoint->target;
@@ -187,7 +195,8 @@ Result<std::shared_ptr<const RemoteFile>> open_offline(std::shared_ptr<const End
     return fail(Error::Kind::NotFound,
                 fmt::format("{}: offline, and nothing of it is in the cache {}: read it once while online", target.name,
                             cache->folder().string()));
-  return std::make_shared<HttpFile>(std::move(endpoint), std::move(cache), true, *version, std::vector<std::byte>{});
+  auto start = cached_start(*endpoint, *cache, *version);
+  return std::make_shared<HttpFile>(std::move(endpoint), std::move(cache), true, *version, std::move(start));
 }
 
 }  // namespace
@@ -218,7 +227,9 @@ Result<std::shared_ptr<const RemoteFile>> open_remote(const std::string& url, co
   }
 
   if (!opened->version().can_be_checked()) cache.reset();  // tomorrow's bytes could not be told from today's
-  const auto file = std::make_shared<HttpFile>(endpoint, cache, false, opened->version(), std::move(opened->data()));
+  auto start =
+      opened->is_not_modified() ? cached_start(*endpoint, *cache, opened->version()) : std::move(opened->data());
+  const auto file = std::make_shared<HttpFile>(endpoint, cache, false, opened->version(), std::move(start));
   if (cache && !opened->is_not_modified()) file->keep_start();
   return file;
 }
