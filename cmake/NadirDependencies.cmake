@@ -22,6 +22,13 @@ endif()
 nadir_optional(NADIR_IMAGES "image files: frames, contact sheets and maps with footprints" "${missing}")
 
 set(missing)
+find_path(CURL_INCLUDE_DIR curl/curl.h)
+if(NOT CURL_INCLUDE_DIR)
+  set(missing "curl's headers")
+endif()
+nadir_optional(NADIR_TRANSFER "maps behind URLs" "${missing}")
+
+set(missing)
 find_package(CLI11 QUIET)
 if(NOT CLI11_FOUND)
   set(missing CLI11)

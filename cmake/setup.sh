@@ -16,9 +16,11 @@ packages=(
   libfmt-dev libexpected-dev libyaml-cpp-dev nlohmann-json3-dev libcli11-dev libxxhash-dev
   # Image files. OpenImageIO's CMake files name the tools, Python's Imath and OpenCV's headers.
   libopenimageio-dev openimageio-tools python3-imath libfreetype-dev fonts-dejavu-core
+  # Maps behind URLs: headers to build with, and the library that is loaded when the first one is read (libcurl4 comes along)
+  libcurl4-openssl-dev
   # Tests and benchmarks
   libgtest-dev libgmock-dev libbenchmark-dev libopencv-core-dev libopencv-imgproc-dev
-  gdal-bin python3-gdal python3-jsonschema clang libclang-rt-dev
+  gdal-bin python3-gdal python3-jsonschema nginx-light clang libclang-rt-dev
 )
 
 say() { printf '\n== %s\n' "$*"; }

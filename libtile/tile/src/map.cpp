@@ -8,6 +8,7 @@
 #include <cassert>
 
 #include "nadir/tile/raster.h"
+#include "nadir/transfer/remote_file.h"
 #include "tiff_raster.h"
 #include "validity.h"
 
@@ -24,19 +25,43 @@ struct Map::Shared {
   std::atomic<std::int64_t> windows_read{0}, samples_read{0};
 };
 
-Result<Map> Map::open(const std::string& path) {
-  if (auto file = LocalFile::open(path))
-    if (auto raster = open_tiff_raster(std::move(*file))) return over(std::move(*raster));
-  // All others, and those whose fault GDAL knows best how to tell
+namespace {
+
+/// Where GDAL finds what our own transfers read.
+std::string gdal_name_of(const std::string& url) {
+  return url.starts_with("s3://") ? "/vsis3/" + url.substr(5) : "/vsicurl/" + url;
+}
+
+Result<std::unique_ptr<Raster>> open_by_gdal(const std::string& path) {
   const auto module = raster_module();
   if (!module) return fail(module.error().kind, fmt::format("{}: {}", path, module.error().message));
-  auto raster = (*module)->open(path);
+  return (*module)->open(path);
+}
+
+Result<std::unique_ptr<Raster>> open_raster(const std::string& path) {
+  if (transfer::is_url(path)) {
+    auto file = transfer::open_remote(path);
+    if (!file) return fail(file);
+    auto raster = open_tiff_raster(std::move(*file), gdal_name_of(path));
+    if (raster || raster.error().kind != Error::Kind::Unsupported) return raster;
+    return open_by_gdal(gdal_name_of(path));
+  }
+  if (auto file = LocalFile::open(path))
+    if (auto raster = open_tiff_raster(std::move(*file), path)) return raster;
+  // All others, and those whose fault GDAL knows best how to tell
+  return open_by_gdal(path);
+}
+
+}  // namespace
+
+Result<Map> Map::open(const std::string& path) {
+  auto raster = open_raster(path);
   if (!raster) return fail(raster);
   return over(std::move(*raster));
 }
 
 Result<Map> Map::open(std::shared_ptr<const ByteSource> source) {
-  auto raster = open_tiff_raster(std::move(source));
+  auto raster = open_tiff_raster(std::move(source), "");
   if (!raster) return fail(raster);
   return over(std::move(*raster));
 }
@@ -131,8 +156,7 @@ Result<Texels> Map::read(int level, const Window& window, std::span<const int> b
 }
 
 Result<MapDescription> describe(const std::string& path) {
-  if (auto file = LocalFile::open(path))
-    if (auto raster = open_tiff_raster(std::move(*file))) return (*raster)->description();
+  if (auto raster = open_raster(path)) return (*raster)->description();
   const auto module = raster_module();
   if (!module) return fail(module.error().kind, fmt::format("{}: {}", path, module.error().message));
   return (*module)->describe(path);

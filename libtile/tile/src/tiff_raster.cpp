@@ -65,18 +65,19 @@ class TiffRaster : public Raster {
 
 }  // namespace
 
-Result<std::unique_ptr<Raster>> open_tiff_raster(std::shared_ptr<const ByteSource> source) {
+Result<std::unique_ptr<Raster>> open_tiff_raster(std::shared_ptr<const ByteSource> source,
+                                                 const std::string& gdal_name) {
   auto file = tiff::TiffFile::open(std::move(source));
   if (!file) return fail(file);
   const ByteSource& bytes = (*file)->source();
-  const bool on_disk = dynamic_cast<const LocalFile*>(&bytes) != nullptr;
-  auto description = on_disk && has_companions(bytes.name())
-                         ? fail(Error::Kind::Unsupported, bytes.name() + ": files beside it say more")
-                         : describe_tiff(**file);
-  if (!description && on_disk) {
+  const bool companions = !bytes.is_remote() && has_companions(bytes.name());
+  auto description =
+      companions ? fail(Error::Kind::Unsupported, bytes.name() + ": files beside it say more") : describe_tiff(**file);
+  if (!description && !gdal_name.empty()) {
     const auto module = raster_module();
     if (!module) return fail(module);
-    description = (*module)->describe(bytes.name());
+    description = (*module)->describe(gdal_name);
+    if (description) description->path = bytes.name();
   }
   if (!description) return fail(description);
   if (!description->georeference) return fail(Error::Kind::Unsupported, bytes.name() + ": no georeference");
