@@ -31,6 +31,22 @@ class DecodeInCaller {
   const std::optional<std::string> before_ = current();
 };
 
+/// While in scope, GDAL does not look for files beside one that is far away: each look is a journey.
+class NothingBeside {
+ public:
+  explicit NothingBeside(const std::string& path) : far_(path.starts_with("/vsi")) {
+    if (far_) CPLSetThreadLocalConfigOption("GDAL_DISABLE_READDIR_ON_OPEN", "EMPTY_DIR");
+  }
+  ~NothingBeside() {
+    if (far_) CPLSetThreadLocalConfigOption("GDAL_DISABLE_READDIR_ON_OPEN", nullptr);
+  }
+  NothingBeside(const NothingBeside&) = delete;
+  NothingBeside& operator=(const NothingBeside&) = delete;
+
+ private:
+  const bool far_;
+};
+
 /// Whether a warning says that texels were made up: libjpeg goes on with grey where a tile's data are damaged.
 bool tells_damage(std::string_view warning) {
   return warning.find("JPEGLib:") != std::string_view::npos || warning.find("libjpeg:") != std::string_view::npos;
@@ -68,6 +84,7 @@ Result<Dataset> open_raster(const std::string& path) {
   if (path.empty()) return fail(Error::Kind::NotFound, "expected the path of a raster, found an empty one");
   const GdalMessages messages;
   const DecodeInCaller decode_in_caller;
+  const NothingBeside nothing_beside(path);
   Dataset dataset{static_cast<GDALDataset*>(
       GDALOpenEx(path.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY | GDAL_OF_VERBOSE_ERROR, nullptr, nullptr, nullptr))};
   if (dataset && dataset->GetRasterCount() > 0) return dataset;
