@@ -88,6 +88,10 @@ TEST_F(RemoteFileTest, JoinsRangesThatLieNearAndCutsLongOnes) {
   for (const std::string& line : server().asked("/joined/")) ranges.push_back(field(line, "range"));
   EXPECT_THAT(ranges, testing::IsSupersetOf({"bytes=300000-399999", "bytes=400000-499999", "bytes=500000-549999"}));
   EXPECT_EQ(ranges.size(), 6u);
+
+  // Neighbours that together would be too long
+  ASSERT_TRUE(read_many(*file, {{600'000, 60'000}, {660'000, 60'000}}).ok);
+  EXPECT_EQ(server().asked("/joined/").size(), 8u);
 }
 
 TEST_F(RemoteFileTest, AsksForSeveralRangesAtATimeAndKeepsConnections) {
