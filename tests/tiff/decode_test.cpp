@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstring>
 #include <filesystem>
+#include <fstream>
 #include <random>
 
 #include "nadir/tiff/tiff_file.h"
@@ -165,6 +166,66 @@ INSTANTIATE_TEST_SUITE_P(
         Packing{"lerc_f32_1_deflate", GDT_Float32, 1, {"COMPRESS=LERC_DEFLATE"}},
         Packing{"lerc_f64_2_lossy", GDT_Float64, 2, {"COMPRESS=LERC", "MAX_Z_ERROR=0.5"}}),
     [](const auto& packing) { return std::string(packing.param.name); });
+
+class CutShort : public testing::TestWithParam<Packing> {};
+
+TEST_P(CutShort, AFileOfAnyLengthIsAnErrorOrRight) {
+  const TemporaryFolder folder;
+  write(GetParam(), folder.file("whole.tif"));
+  const std::string whole = test::bytes_of(folder.file("whole.tif"));
+  const auto right = read_directory(*TiffFile::open(LocalFile::open(folder.file("whole.tif")).value()).value(), 0);
+  // Every length of what is small, a thousand of the rest
+  const std::size_t step = std::max<std::size_t>(1, whole.size() / 1000);
+  std::size_t opened = 0, refused = 0;
+  std::vector<std::size_t> wrong;
+  for (std::size_t length = 0; length < whole.size(); length += length < 600 ? 1 : step) {
+    std::ofstream(folder.file("cut.tif"), std::ios::binary) << whole.substr(0, length);
+    const auto file = TiffFile::open(LocalFile::open(folder.file("cut.tif")).value());
+    if (!file) {
+      ++refused;
+      continue;
+    }
+    ++opened;
+    // Each tile is right or an error
+    const Directory& d = (*file)->directories().front();
+    const TileFormat& f = d.format;
+    for (std::uint32_t row = 0; row < d.tiles_down(); ++row)
+      for (std::uint32_t col = 0; col < d.tiles_across(); ++col) {
+        const TileAddress tile{0, 0, col, row};
+        const auto place = (*file)->locate({&tile, 1}).front();
+        if (!place) continue;
+        std::vector<std::byte> packed(place->size);
+        if (!(*file)->source().read(place->offset, packed)) continue;
+        bool same = true;
+        const auto done = decode_tile(f, packed, f.tile_height, [&](std::uint32_t y, const std::byte* data) {
+          with_sample(decoded_sample(f), [&]<class T>(T) {
+            for (std::uint32_t x = 0; x < f.tile_width * f.samples; ++x) {
+              const std::uint32_t at_x = col * f.tile_width + x / f.samples, at_y = row * f.tile_height + y;
+              if (at_x >= d.width || at_y >= d.height) continue;
+              const double expected = right[(std::size_t{at_y} * d.width + at_x) * f.samples + x % f.samples];
+              same = same && static_cast<double>(reinterpret_cast<const T*>(data)[x]) == expected;
+            }
+          });
+        });
+        if (done && !same) wrong.push_back(length);
+      }
+  }
+  EXPECT_EQ(wrong, std::vector<std::size_t>{}) << "lengths that gave another picture";
+  EXPECT_GT(refused, 0u);
+  EXPECT_GT(opened, 100u) << "headers come first: most of these files can be opened";
+}
+
+// Headers first, so that tiles are what is cut
+INSTANTIATE_TEST_SUITE_P(Tiff, CutShort,
+                         testing::Values(Packing{"none", GDT_UInt16, 2, {}},
+                                         Packing{"lzw", GDT_Byte, 3, {"COMPRESS=LZW"}},
+                                         Packing{"deflate", GDT_Byte, 3, {"COMPRESS=DEFLATE", "PREDICTOR=2"}},
+                                         Packing{"zstd", GDT_Float32, 1, {"COMPRESS=ZSTD", "PREDICTOR=3"}},
+                                         Packing{"lzma", GDT_Byte, 1, {"COMPRESS=LZMA"}},
+                                         Packing{"jpeg", GDT_Byte, 3, {"COMPRESS=JPEG", "PHOTOMETRIC=YCBCR"}},
+                                         Packing{"webp", GDT_Byte, 3, {"COMPRESS=WEBP"}},
+                                         Packing{"lerc", GDT_Byte, 1, {"COMPRESS=LERC"}}),
+                         [](const auto& packing) { return std::string(packing.param.name); });
 
 }  // namespace
 }  // namespace nadir::tiff
