@@ -2,7 +2,7 @@
 # From a bare clone to a result, without prompts, on Debian 12 or Ubuntu 24.04, as root or with sudo.
 #
 #   cmake/setup.sh demo         install what is missing, build, render the demonstration
-#   cmake/setup.sh test [PRESET...]   the same, and run the tests (of build presets: release, asan, tsan, dev)
+#   cmake/setup.sh test [PRESET...]   the same, and run the tests (of build presets: release, asan, tsan, dev, fuzz)
 #   cmake/setup.sh deps         only install what is missing
 #   cmake/setup.sh build [PRESET]     install and build
 #   cmake/setup.sh bench        install, build and run the benchmarks
