@@ -15,6 +15,7 @@ packages=(
   libfmt-dev libexpected-dev libyaml-cpp-dev nlohmann-json3-dev libcli11-dev libxxhash-dev
   # Image files. OpenImageIO's CMake files name the tools, Python's Imath and OpenCV's headers.
   libopenimageio-dev openimageio-tools python3-imath libfreetype-dev fonts-dejavu-core
+  gnuplot-nox  # pictures of benchmarks
   # Tests and benchmarks
   libgtest-dev libgmock-dev libbenchmark-dev libopencv-core-dev libopencv-imgproc-dev
   gdal-bin python3-gdal python3-jsonschema

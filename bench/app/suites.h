@@ -1,0 +1,15 @@
+#pragma once
+
+#include <vector>
+
+#include "nadir/bench/runner.h"
+
+namespace nadir::bench {
+
+/// What a command costs before it has anything to do: bench/app/start_suite.cpp.
+Suite start_suite();
+
+/// All suites that `nadir bench` knows: a new one is declared above and listed here.
+inline std::vector<Suite> all_suites() { return {start_suite()}; }
+
+}  // namespace nadir::bench
