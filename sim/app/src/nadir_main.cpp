@@ -16,6 +16,7 @@ namespace {
 namespace fs = std::filesystem;
 
 const std::map<std::string, std::string> summaries = {
+    {"bench", "measure time, error and memory of methods; tables, pictures and a report"},
     {"build", "make a map: a cloud-optimized pyramid from rasters or tiles"},
     {"doctor", "look at a run before it runs: maps, datum, resolution, memory, time"},
     {"fly", "the whole simulator: vehicles fly, cameras render, a dataset and a report are left"},

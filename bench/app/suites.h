@@ -1,0 +1,16 @@
+#pragma once
+
+#include <vector>
+
+#include "nadir/bench/runner.h"
+#include "read_suite.h"
+
+namespace nadir::bench {
+
+/// What a command costs before it has anything to do: bench/app/start_suite.cpp.
+Suite start_suite();
+
+/// All suites that `nadir bench` knows: a new one is declared above and listed here.
+inline std::vector<Suite> all_suites() { return {read_suite(), start_suite()}; }
+
+}  // namespace nadir::bench

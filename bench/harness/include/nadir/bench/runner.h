@@ -1,0 +1,90 @@
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "nadir/base/result.h"
+#include "nadir/bench/row.h"
+
+namespace nadir::bench {
+
+enum class Time { wall, cpu };
+
+/// One way to do the work of a case.
+struct Method {
+  std::string name;
+  std::string setting;                // of what it was run with: "threads=2"
+  std::function<Result<void>()> run;  // one repetition, measured
+  std::vector<std::string> command;   // instead of `run`: a program and its arguments, started for each repetition
+  std::function<Result<void>()> before, after;                   // each repetition, not measured; optional
+  std::function<Result<double>()> error;                         // asked once, after the last round; optional
+  std::function<std::map<std::string, std::string>()> counters;  // likewise
+  bool peak = false;  // of `run`: measure its peak memory, in a process of its own. Commands always tell theirs
+};
+
+/// "`method` takes at most `most` times what `baseline` takes."
+struct Aim {
+  std::string method, baseline;  // names of methods
+  std::optional<double> most;    // nothing: only of interest
+  Time time = Time::wall;
+};
+
+/// Places a case on an axis: cases of the same line become points of one picture.
+struct Point {
+  std::string line;   // "opening a map"
+  double x = 0;       // > 0
+  std::string label;  // of the axis, with its unit: "side of the map, texels"
+};
+
+/// Methods that do the same work.
+struct Comparison {
+  std::vector<Method> methods;
+  std::string error_unit;
+  double work = 0;        // of one repetition, for rates; 0: no rate
+  std::string work_unit;  // "MB"
+  std::vector<Aim> aims;
+  std::optional<Point> point;
+};
+
+/// A comparison by name. `prepare` makes what the methods use (maps, cameras, peers); all of it goes when the
+/// comparison is done.
+struct Case {
+  std::string name;
+  std::function<Result<Comparison>()> prepare;
+};
+
+struct RunOptions {
+  int rounds = 0;        // 0: as many as `budget_s` allows, at least 3 and at most 51
+  double budget_s = 10;  // for the rounds of one case
+  bool quick = false;    // suites make their inputs small, to see that all works
+  std::string scratch;   // folder for files that suites make; there already
+};
+
+/// A question and the cases that answer it.
+struct Suite {
+  std::string name;     // "read"
+  std::string summary;  // one line
+  std::function<std::vector<Case>(const RunOptions&)> cases;
+};
+
+/// Methods of round `round` of `methods`, by index: each round begins one later, so that none always runs in the wake
+/// of the same other one.
+std::vector<std::size_t> order_of_round(std::size_t methods, std::size_t round);
+
+/// Runs all methods alternately, after one repetition each that is not measured, and gives a row for each.
+/// Short methods are called several times a round, until these take 2 ms together (`calls` of the counters), unless
+/// they have a `before` or `after`.
+///
+/// Counters: `rounds`, `calls`, `wall_min_ms`, `wall_q1_ms`, `wall_q3_ms`, `cpu_min_ms`; `rate` with `rate_unit`
+/// where there is work; for each aim `ratio:BASELINE` (or `cpu_ratio:BASELINE`), the median of the rounds' ratios, and
+/// `aim:BASELINE` (`cpu_aim:BASELINE`); for a point `line`, `x` and `x_label`; and those of the method.
+/// An Error names the method. A missed aim is none.
+Result<std::vector<Row>> run_comparison(const std::string& suite, const std::string& case_name,
+                                        const Comparison& comparison, const RunOptions& options);
+
+/// Prepares and runs one case in a process of its own: neither its memory nor its threads meet the next case.
+Result<std::vector<Row>> run_case(const std::string& suite, const Case& one, const RunOptions& options);
+
+}  // namespace nadir::bench

@@ -1,0 +1,249 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <functional>
+#include <limits>
+
+#include "nadir/bench/report.h"
+#include "nadir/bench/statistics.h"
+
+namespace nadir::bench {
+namespace {
+
+/// A string of gnuplot in which nothing is replaced.
+std::string gnuplot_string(std::string_view text) {
+  std::string out = "'";
+  for (const char c : text) out.append(c == '\'' ? 2 : 1, c == '\n' ? ' ' : c);
+  return out + '\'';
+}
+
+/// For names of files: what is not a letter or digit becomes '-'.
+std::string file_name(std::string_view text) {
+  std::string out;
+  for (const char c : text) out += (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ? c : '-';
+  return out;
+}
+
+std::string method_name(const Row& row) { return row.setting.empty() ? row.method : row.method + ", " + row.setting; }
+
+/// Rows by a name that each has, in the order in which names first come; rows without one are left out.
+struct Group {
+  std::string name;
+  std::vector<Row> rows;
+};
+std::vector<Group> group(const std::vector<Row>& rows, const std::function<std::string(const Row&)>& name_of) {
+  std::vector<Group> groups;
+  for (const Row& row : rows) {
+    const std::string name = name_of(row);
+    if (name.empty()) continue;
+    auto found = std::find_if(groups.begin(), groups.end(), [&](const Group& g) { return g.name == name; });
+    if (found == groups.end()) found = groups.insert(groups.end(), {name, {}});
+    found->rows.push_back(row);
+  }
+  return groups;
+}
+
+/// Colours that people of any colour vision tell apart. Source: Okabe and Ito, Color Universal Design, 2008.
+constexpr std::array colours = {"#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000"};
+std::string style(std::size_t i) {
+  constexpr std::array shapes = {7, 5, 9, 11, 13};  // filled circle, square, triangles, diamond
+  return fmt::format("pt {} ps 1.3 lw 2 lc rgb '{}'", shapes[(i + i / colours.size()) % shapes.size()],
+                     colours[i % colours.size()]);
+}
+
+constexpr auto common =
+    "set border 3\nset tics nomirror out\nset grid lc rgb '#dddddd' lw 1\n"
+    "set key outside right top Left reverse samplen 1.5 spacing 1.2\n";
+
+/// Room on both sides of what is drawn on a logarithmic axis.
+std::string log_range(const std::vector<double>& values) {
+  const auto [least, most] = std::minmax_element(values.begin(), values.end());
+  const double margin = std::max(1.3, std::pow(*most / *least, 0.08));
+  return fmt::format("[{:.6g}:{:.6g}]", *least / margin, *most * margin);
+}
+
+/// Few labels in a small range, powers of ten in a large one.
+std::string log_tics(char axis, const std::vector<double>& values) {
+  const auto [least, most] = std::minmax_element(values.begin(), values.end());
+  if (*most / *least > 100) return fmt::format("set {}tics 10\nset format {} '%g'\n", axis, axis);
+  std::string list;
+  for (int power = static_cast<int>(std::floor(std::log10(*least))) - 1; power <= std::log10(*most) + 1; ++power)
+    for (const int digit : {1, 2, 5})
+      list += fmt::format("{}{:g}", list.empty() ? "" : ",", digit * std::pow(10, power));
+  return fmt::format("set {}tics ({})\n", axis, list);
+}
+
+std::optional<Picture> scatter(const std::string& suite, const Group& of_case) {
+  std::vector<Row> rows;
+  for (const Row& row : of_case.rows)
+    if (row.error && row.wall_ms && *row.wall_ms > 0) rows.push_back(row);
+  std::vector<double> times, errors;
+  double least_error = std::numeric_limits<double>::infinity();
+  for (const Row& row : rows)
+    if (*row.error > 0) least_error = std::min(least_error, *row.error);
+  if (rows.size() < 2 || !std::isfinite(least_error)) return std::nullopt;
+
+  // No error has no logarithm: it gets a line of its own below the smallest error
+  const double exact = least_error / 4;
+  bool any_exact = false;
+  std::vector<double> shown_times;
+  for (const Row& row : rows) {
+    times.push_back(*row.wall_ms);
+    errors.push_back(*row.error > 0 ? *row.error : exact);
+    any_exact |= *row.error <= 0;
+    shown_times.insert(shown_times.end(), {*row.wall_ms, counter(row, "wall_q1_ms").value_or(*row.wall_ms),
+                                           counter(row, "wall_q3_ms").value_or(*row.wall_ms)});
+  }
+  std::string script = common;
+  script += fmt::format("set logscale xy\nset xrange {}\nset yrange {}\n", log_range(shown_times), log_range(errors));
+  script += log_tics('x', shown_times) + log_tics('y', errors);
+  if (any_exact) script += fmt::format("set ytics add ('none' {:.6g})\n", exact);
+  script += "set xlabel 'wall time of one repetition, ms (median; bars: middle half of the rounds)'\n";
+  script += fmt::format("set ylabel {}\n",
+                        gnuplot_string("error" + (rows[0].error_unit.empty() ? "" : ", " + rows[0].error_unit)));
+  script += "$front << EOD\n";
+  for (const std::size_t i : pareto_front(times, errors)) script += fmt::format("{:.9g} {:.9g}\n", times[i], errors[i]);
+  script += "EOD\n";
+  std::string plot = "plot $front with steps lw 2 dt 2 lc rgb '#888888' title 'Pareto front'";
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    script += fmt::format("$m{} << EOD\n{:.9g} {:.9g} {:.9g} {:.9g}\nEOD\n", i, times[i], errors[i],
+                          counter(rows[i], "wall_q1_ms").value_or(times[i]),
+                          counter(rows[i], "wall_q3_ms").value_or(times[i]));
+    plot += fmt::format(", $m{} with xerrorbars {} title {}", i, style(i), gnuplot_string(method_name(rows[i])));
+  }
+  return Picture{suite, file_name(suite + "-" + of_case.name + "-error"), of_case.name + ": error against time",
+                 script + plot + "\n", std::max(480, 160 + 22 * static_cast<int>(rows.size()))};
+}
+
+struct Quantity {
+  std::string name, label;
+  std::function<std::optional<double>(const Row&)> of;
+};
+
+std::optional<Picture> lines(const std::string& suite, const Group& line, const Quantity& quantity) {
+  const auto methods = group(line.rows, method_name);
+  std::string script = common, plot = "plot ", x_label;
+  std::vector<double> xs, ys;
+  for (std::size_t i = 0; i < methods.size(); ++i) {
+    std::vector<std::pair<double, double>> points;
+    for (const Row& row : methods[i].rows) {
+      const auto x = counter(row, "x"), y = quantity.of(row);
+      if (!x || !y || *x <= 0 || *y <= 0) continue;
+      points.emplace_back(*x, *y);
+      xs.push_back(*x);
+      ys.push_back(*y);
+      if (const auto label = row.counters.find("x_label"); label != row.counters.end()) x_label = label->second;
+    }
+    if (points.empty()) continue;
+    std::sort(points.begin(), points.end());
+    script += fmt::format("$m{} << EOD\n", i);
+    for (const auto& [x, y] : points) script += fmt::format("{:.9g} {:.9g}\n", x, y);
+    script += "EOD\n";
+    plot += fmt::format("{}$m{} with linespoints {} title {}", plot.size() > 5 ? ", " : "", i, style(i),
+                        gnuplot_string(methods[i].name));
+  }
+  if (xs.empty() || *std::max_element(xs.begin(), xs.end()) == *std::min_element(xs.begin(), xs.end()))
+    return std::nullopt;
+  script += fmt::format("set logscale xy\nset xrange {}\nset yrange {}\n", log_range(xs), log_range(ys));
+  script += log_tics('x', xs) + log_tics('y', ys);
+  script += fmt::format("set xlabel {}\nset ylabel {}\n", gnuplot_string(x_label), gnuplot_string(quantity.label));
+  return Picture{suite, file_name(suite + "-" + line.name + "-" + quantity.name), line.name + ": " + quantity.name,
+                 script + plot + "\n", std::max(480, 160 + 22 * static_cast<int>(methods.size()))};
+}
+
+struct Bar {
+  std::string label;
+  double ratio;
+  std::optional<double> aim;
+};
+
+std::optional<Picture> bars(const Group& suite) {
+  std::vector<Bar> all;
+  for (const Row& row : suite.rows)
+    for (const auto& [key, value] : row.counters)
+      for (const std::string prefix : {"ratio:", "cpu_ratio:"})
+        if (key.starts_with(prefix)) {
+          const std::string baseline = key.substr(prefix.size()), kind = prefix.starts_with("cpu_") ? "cpu_" : "";
+          all.push_back(
+              {fmt::format("{}: {} / {}{}", row.case_name, method_name(row), baseline, kind.empty() ? "" : " (CPU)"),
+               counter(row, key).value_or(1), counter(row, kind + "aim:" + baseline)});
+        }
+  std::erase_if(all, [](const Bar& bar) { return !(bar.ratio > 0); });
+  if (all.empty()) return std::nullopt;
+
+  const auto count = static_cast<int>(all.size());
+  std::vector<double> values = {1};
+  std::array<std::string, 3> data;  // met, missed, without aim
+  std::string tics, aims, labels;
+  std::size_t longest = 0;
+  for (int i = 0; i < count; ++i) {
+    const Bar& bar = all[static_cast<std::size_t>(i)];
+    const int y = count - i;
+    longest = std::max(longest, bar.label.size());
+    values.push_back(bar.ratio);
+    tics += fmt::format("{}{} {}", tics.empty() ? "" : ", ", gnuplot_string(bar.label), y);
+    data[!bar.aim                ? 2
+         : bar.ratio <= *bar.aim ? 0
+                                 : 1] += fmt::format("1 {} {:.6g} {:.6g} {} {}\n", y, std::min(1.0, bar.ratio),
+                                                     std::max(1.0, bar.ratio), y - 0.3, y + 0.3);
+    labels += fmt::format(
+        "set label {} at graph 1.02,first {} left\n",
+        gnuplot_string(fmt::format("{:.3g}x{}", bar.ratio, bar.aim ? fmt::format(" (aim {:.3g}x)", *bar.aim) : "")), y);
+    if (bar.aim) {
+      values.push_back(*bar.aim);
+      aims += fmt::format("{:.6g} {} 0 0.8\n", *bar.aim, y - 0.4);
+    }
+  }
+  std::string script = common;
+  script += fmt::format("set logscale x\nset xrange {}\nset yrange [0.3:{}]\nset rmargin 20\nset lmargin {}\n",
+                        log_range(values), count + 0.7, longest + 2);
+  script += log_tics('x', values) + fmt::format("set ytics ({})\nunset grid\nset grid x lc rgb '#dddddd' lw 1\n", tics);
+  script += "set xlabel 'time of the first over time of the second (median of rounds; left of 1: faster)'\n";
+  script +=
+      "set key at graph 0.5,1.0 bottom center horizontal samplen 1.5\nset tmargin 3\nset style fill solid 0.8 "
+      "noborder\n";
+  script += "set arrow from 1,graph 0 to 1,graph 1 nohead lw 1 lc rgb '#444444'\n" + labels;
+  std::string plot = "plot ";
+  constexpr std::array names = {"aim met", "aim missed", "no aim"}, fills = {"#009e73", "#d55e00", "#999999"};
+  for (std::size_t i = 0; i < data.size(); ++i) {
+    if (data[i].empty()) continue;
+    script += fmt::format("$d{} << EOD\n{}EOD\n", i, data[i]);
+    plot += fmt::format("{}$d{} with boxxyerror lc rgb '{}' title '{}'", plot.size() > 5 ? ", " : "", i, fills[i],
+                        names[i]);
+  }
+  if (!aims.empty()) {
+    script += fmt::format("$aims << EOD\n{}EOD\n", aims);
+    plot += ", $aims with vectors nohead lw 3 lc rgb 'black' title 'aim'";
+  }
+  return Picture{suite.name, file_name(suite.name + "-ratios"), "ratios", script + plot + "\n", 150 + 30 * count};
+}
+
+}  // namespace
+
+std::vector<Picture> pictures(const std::vector<Row>& rows) {
+  const std::array<Quantity, 2> quantities = {
+      Quantity{"time", "wall time of one repetition, ms (median)", [](const Row& row) { return row.wall_ms; }},
+      Quantity{"memory", "peak memory, MiB", [](const Row& row) -> std::optional<double> {
+                 if (!row.peak_bytes) return std::nullopt;
+                 return static_cast<double>(*row.peak_bytes) / (1 << 20);
+               }}};
+  std::vector<Picture> all;
+  const auto add = [&](std::optional<Picture> picture) {
+    if (picture) all.push_back(std::move(*picture));
+  };
+  for (const Group& suite : group(rows, [](const Row& row) { return row.suite; })) {
+    add(bars(suite));
+    for (const Group& one : group(suite.rows, [](const Row& row) { return row.case_name; }))
+      add(scatter(suite.name, one));
+    for (const Group& line : group(suite.rows, [](const Row& row) {
+           const auto found = row.counters.find("line");
+           return found == row.counters.end() ? "" : found->second;
+         }))
+      for (const Quantity& quantity : quantities) add(lines(suite.name, line, quantity));
+  }
+  return all;
+}
+
+}  // namespace nadir::bench
