@@ -14,7 +14,7 @@ using tiff::Directory, tiff::Sample, tiff::TileAddress, tiff::TileFormat, tiff::
 
 /// Rows of a tile whose rows lie in the file as they are wanted are read so many bytes at a time: what was read is then
 /// still in the nearest caches when it is laid out.
-constexpr std::size_t bytes_read_at_once = 128 << 10;
+constexpr std::size_t bytes_read_at_once = 256 << 10;
 
 std::optional<SampleType> held_as(Sample sample) {
   switch (sample) {

@@ -36,6 +36,9 @@ struct ApronPart {
 class Cell {
  public:
   Cell(SampleType type, int bands);
+  ~Cell();
+  Cell(const Cell&) = delete;
+  Cell& operator=(const Cell&) = delete;
 
   SampleType type() const { return type_; }
   int bands() const { return bands_; }
@@ -68,7 +71,7 @@ class Cell {
 
   const SampleType type_;
   const int bands_;
-  const std::unique_ptr<std::byte[]> samples_;
+  std::unique_ptr<std::byte[]> samples_;
   // These change when an apron part is filled, which no reader of other parts can tell.
   mutable std::unique_ptr<std::uint8_t[]> validity_;
   mutable std::atomic<bool> masked_{false};
