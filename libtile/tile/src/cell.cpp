@@ -50,8 +50,8 @@ class SpareSamples {
   }
 
  private:
-  static constexpr std::size_t most_bytes = 4 << 20;  // four tiles of RGB
-  std::mutex mutex_;                                  // guards what follows
+  static constexpr std::size_t most_bytes = 4 << 20;                        // four tiles of RGB
+  std::mutex mutex_;                                                        // guards what follows
   std::map<std::size_t, std::vector<std::unique_ptr<std::byte[]>>> spare_;  // by size
   std::size_t held_bytes_ = 0;
 };

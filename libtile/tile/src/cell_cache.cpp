@@ -58,6 +58,28 @@ std::vector<Group> grouped(std::span<const CellRequest> requests) {
   return groups;
 }
 
+/// Brings what of the groups in `batch` is far away: for each its bytes, or null where it is to be read in place.
+std::vector<Result<std::shared_ptr<const FetchedBlock>>> fetch(const std::vector<Group>& groups,
+                                                               std::span<const std::size_t> batch) {
+  std::vector<Result<std::shared_ptr<const FetchedBlock>>> fetched(batch.size(), nullptr);
+  std::vector<const CellSource*> far;
+  for (const std::size_t g : batch)
+    if (groups[g].source->is_remote() && std::find(far.begin(), far.end(), groups[g].source) == far.end())
+      far.push_back(groups[g].source);
+  for (const CellSource* source : far) {
+    std::vector<CellBlock> blocks;
+    std::vector<std::size_t> of;
+    for (std::size_t m = 0; m < batch.size(); ++m) {
+      if (groups[batch[m]].source != source) continue;
+      blocks.push_back(groups[batch[m]].block);
+      of.push_back(m);
+    }
+    auto brought = source->fetch(blocks);
+    for (std::size_t b = 0; b < blocks.size(); ++b) fetched[of[b]] = std::move(brought[b]);
+  }
+  return fetched;
+}
+
 }  // namespace
 
 struct CellCache::Engine {
@@ -213,8 +235,11 @@ struct CellCache::Engine {
     return true;
   }
 
-  /// Loads a block, or waits for who does, and takes its wanted cells.
-  Result<void> load(const Group& group, const FetchedBlock* fetched, bool prefetching, std::span<CellPtr> out) {
+  using Fetched = Result<std::shared_ptr<const FetchedBlock>>;
+
+  /// Loads a block, or waits for who does, and takes its wanted cells. `fetched`: what was brought of it, null inside
+  /// where it is to be read now.
+  Result<void> load(const Group& group, const Fetched& fetched, bool prefetching, std::span<CellPtr> out) {
     const BlockKey key = group.key();
     Shard& shard = shard_of(key);
     {
@@ -249,7 +274,10 @@ struct CellCache::Engine {
     if (room) {
       // Isolated, because a worker that waits inside load may pick up another task; were that task to ask for this
       // block, it would wait for itself.
-      cells = tbb::this_task_arena::isolate([&] { return group.source->load(group.block, wanted, fetched); });
+      cells = tbb::this_task_arena::isolate([&]() -> Result<std::vector<std::shared_ptr<Cell>>> {
+        if (!fetched) return fail(fetched);
+        return group.source->load(group.block, wanted, fetched->get());
+      });
       if (!cells && cells.error().kind == Error::Kind::Damaged)
         cells = group.source->damaged(group.block, wanted, cells.error().message);
     }
@@ -359,37 +387,29 @@ Result<std::vector<CellPtr>> CellCache::pin(std::span<const CellRequest> request
     if (!engine_->find(groups[g], found[g])) missing.push_back(g);
   }
 
-  // What is far away, all at once
-  std::vector<Result<std::shared_ptr<const FetchedBlock>>> fetched(missing.size(), nullptr);
-  std::vector<const CellSource*> far;
-  for (const std::size_t g : missing)
-    if (groups[g].source->is_remote() && std::find(far.begin(), far.end(), groups[g].source) == far.end())
-      far.push_back(groups[g].source);
-  for (const CellSource* source : far) {
-    std::vector<CellBlock> blocks;
-    std::vector<std::size_t> of;
-    for (std::size_t m = 0; m < missing.size(); ++m) {
-      if (groups[missing[m]].source != source) continue;
-      blocks.push_back(groups[missing[m]].block);
-      of.push_back(m);
-    }
-    auto brought = source->fetch(blocks);
-    for (std::size_t b = 0; b < blocks.size(); ++b) fetched[of[b]] = std::move(brought[b]);
-  }
+  // What is far away comes together, in batches whose packed bytes stay small beside a budget
+  for (auto first = missing.begin(); first != missing.end();) {
+    constexpr std::uint64_t batch_bytes = 64 << 20;  // of cells
+    std::uint64_t bytes = 0;
+    auto last = first;
+    for (; last != missing.end() && (bytes == 0 || bytes < batch_bytes); ++last)
+      if (groups[*last].source->is_remote()) bytes += groups[*last].block.size() * groups[*last].source->cell_bytes();
+    const std::span<const std::size_t> batch(&*first, static_cast<std::size_t>(last - first));
+    auto fetched = fetch(groups, batch);
 
-  std::vector<std::optional<Error>> errors(missing.size());
-  const auto load = [&](std::size_t m) {
-    const Group& group = groups[missing[m]];
-    // A block whose bytes did not come is tried alone: its own error is told
-    const FetchedBlock* bytes = fetched[m] ? fetched[m]->get() : nullptr;
-    if (auto ok = engine_->load(group, bytes, false, found[missing[m]]); !ok) errors[m] = ok.error();
-    fetched[m] = nullptr;
-  };
-  if (missing.size() == 1) load(0);
-  if (missing.size() > 1)
-    engine_->arena.execute([&] { tbb::parallel_for(std::size_t{0}, missing.size(), [&](std::size_t m) { load(m); }); });
-  for (const auto& error : errors)
-    if (error) return tl::unexpected(*error);
+    std::vector<std::optional<Error>> errors(batch.size());
+    const auto load = [&](std::size_t m) {
+      if (auto ok = engine_->load(groups[batch[m]], fetched[m], false, found[batch[m]]); !ok) errors[m] = ok.error();
+      fetched[m] = nullptr;
+    };
+    if (batch.size() == 1)
+      load(0);
+    else
+      engine_->arena.execute([&] { tbb::parallel_for(std::size_t{0}, batch.size(), load); });
+    for (const auto& error : errors)
+      if (error) return tl::unexpected(*error);
+    first = last;
+  }
 
   std::vector<CellPtr> cells(requests.size());
   for (std::size_t g = 0; g < groups.size(); ++g)

@@ -64,6 +64,26 @@ void alpha_to_validity(Sample sample, const std::byte* from, std::size_t pitch, 
   });
 }
 
+/// A thread's buffer for packed bytes, which does not keep what only a rare tile needs.
+class PackedBuffer {
+ public:
+  PackedBuffer() = default;
+  ~PackedBuffer() {
+    constexpr std::size_t most_kept_bytes = 16 << 20;
+    if (bytes.size() > most_kept_bytes) std::vector<std::byte>().swap(bytes);
+  }
+  PackedBuffer(const PackedBuffer&) = delete;
+  PackedBuffer& operator=(const PackedBuffer&) = delete;
+
+  std::vector<std::byte>& bytes = of_thread();
+
+ private:
+  static std::vector<std::byte>& of_thread() {
+    static thread_local std::vector<std::byte> buffer;
+    return buffer;
+  }
+};
+
 }  // namespace
 
 TiffTiles::TiffTiles(std::shared_ptr<const tiff::TiffFile> file, const MapDescription& description)
@@ -197,7 +217,8 @@ Result<void> TiffTiles::read(const TileKey& tile, std::span<const int> bands, Sa
   const std::uint32_t texels = std::min(format.tile_width, directory.width - col * format.tile_width);
   const std::uint32_t rows = std::min(format.tile_height, directory.height - row * format.tile_height);
   const Sample stored = tiff::decoded_sample(format);
-  static thread_local std::vector<std::byte> buffer;
+  PackedBuffer packed_buffer;
+  std::vector<std::byte>& buffer = packed_buffer.bytes;
   const auto told = [&](const Error& error) -> tl::unexpected<Error> {
     return tl::unexpected<Error>(error.kind == Error::Kind::Damaged ? damage(tile, error.message) : error);
   };
