@@ -79,6 +79,7 @@ TEST(Rule, AWindowOfARowIsPartOfTheRow) {
 struct Kind {
   const char* name;
   MapRule rule;
+  friend void PrintTo(const Kind& kind, std::ostream* out) { *out << kind.name; }
 };
 
 class ProceduralFile : public testing::TestWithParam<Kind> {};

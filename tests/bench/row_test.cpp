@@ -32,7 +32,7 @@ TEST(Csv, GivesBackTheSameRows) {
 
 TEST(Csv, ReadsTheLineEndsOfOtherPrograms) {
   std::string text = to_csv({{.suite = "s", .case_name = "c", .method = "m"}});
-  for (std::size_t at = 0; (at = text.find('\n', at)) != std::string::npos; at += 2) text.insert(at, "\r");
+  for (std::size_t at = 0; (at = text.find('\n', at)) != std::string::npos; at += 2) text.insert(at, 1, '\r');
   EXPECT_EQ(from_csv("f", text).value().front().method, "m");
 }
 

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "nadir/bench/report.h"
+#include "nadir/bench/runner.h"
 #include "nadir/bench/statistics.h"
 
 namespace nadir::bench {
@@ -26,7 +27,7 @@ std::string file_name(std::string_view text) {
   return out;
 }
 
-std::string method_name(const Row& row) { return row.setting.empty() ? row.method : row.method + ", " + row.setting; }
+std::string method_name(const Row& row) { return label(row.method, row.setting); }
 
 /// Rows by a name that each has, in the order in which names first come; rows without one are left out.
 struct Group {
@@ -54,7 +55,7 @@ std::string style(std::size_t i) {
 }
 
 constexpr auto common =
-    "set border 3\nset tics nomirror out\nset grid lc rgb '#dddddd' lw 1\n"
+    "set border 3\nset tics nomirror out\nset grid lt 1 lw 1 lc rgb '#e0e0e0'\n"
     "set key outside right top Left reverse samplen 1.5 spacing 1.2\n";
 
 /// Room on both sides of what is drawn on a logarithmic axis.
@@ -64,15 +65,33 @@ std::string log_range(const std::vector<double>& values) {
   return fmt::format("[{:.6g}:{:.6g}]", *least / margin, *most * margin);
 }
 
-/// Few labels in a small range, powers of ten in a large one.
+/// Labels of a logarithmic axis: as many a decade as its range has room for.
 std::string log_tics(char axis, const std::vector<double>& values) {
   const auto [least, most] = std::minmax_element(values.begin(), values.end());
-  if (*most / *least > 100) return fmt::format("set {}tics 10\nset format {} '%g'\n", axis, axis);
+  const double range = *most / *least;
+  const std::vector<double> digits = range > 1000 ? std::vector<double>{1}
+                                     : range > 10 ? std::vector<double>{1, 2, 5}
+                                                  : std::vector<double>{1, 1.2, 1.5, 2, 2.5, 3, 4, 5, 6, 8};
   std::string list;
   for (int power = static_cast<int>(std::floor(std::log10(*least))) - 1; power <= std::log10(*most) + 1; ++power)
-    for (const int digit : {1, 2, 5})
+    for (const double digit : digits)
       list += fmt::format("{}{:g}", list.empty() ? "" : ",", digit * std::pow(10, power));
   return fmt::format("set {}tics ({})\n", axis, list);
+}
+
+/// Labels of sizes: the sizes themselves, large powers of two as such.
+std::string size_tics(std::vector<double> sizes) {
+  std::sort(sizes.begin(), sizes.end());
+  sizes.erase(std::unique(sizes.begin(), sizes.end()), sizes.end());
+  if (sizes.size() > 16) return log_tics('x', sizes);
+  std::string list;
+  for (const double size : sizes) {
+    int exponent = 0;
+    const bool power = std::frexp(size, &exponent) == 0.5 && size >= 16384;
+    list += fmt::format("{}'{}' {:.9g}", list.empty() ? "" : ",",
+                        power ? fmt::format("2^{}", exponent - 1) : fmt::format("{:g}", size), size);
+  }
+  return fmt::format("set xtics ({})\n", list);
 }
 
 std::optional<Picture> scatter(const std::string& suite, const Group& of_case) {
@@ -147,7 +166,7 @@ std::optional<Picture> lines(const std::string& suite, const Group& line, const 
   if (xs.empty() || *std::max_element(xs.begin(), xs.end()) == *std::min_element(xs.begin(), xs.end()))
     return std::nullopt;
   script += fmt::format("set logscale xy\nset xrange {}\nset yrange {}\n", log_range(xs), log_range(ys));
-  script += log_tics('x', xs) + log_tics('y', ys);
+  script += size_tics(xs) + log_tics('y', ys);
   script += fmt::format("set xlabel {}\nset ylabel {}\n", gnuplot_string(x_label), gnuplot_string(quantity.label));
   return Picture{suite, file_name(suite + "-" + line.name + "-" + quantity.name), line.name + ": " + quantity.name,
                  script + plot + "\n", std::max(480, 160 + 22 * static_cast<int>(methods.size()))};
@@ -199,10 +218,11 @@ std::optional<Picture> bars(const Group& suite) {
   std::string script = common;
   script += fmt::format("set logscale x\nset xrange {}\nset yrange [0.3:{}]\nset rmargin 20\nset lmargin {}\n",
                         log_range(values), count + 0.7, longest + 2);
-  script += log_tics('x', values) + fmt::format("set ytics ({})\nunset grid\nset grid x lc rgb '#dddddd' lw 1\n", tics);
+  script +=
+      log_tics('x', values) + fmt::format("set ytics ({})\nunset grid\nset grid x lt 1 lw 1 lc rgb '#e0e0e0'\n", tics);
   script += "set xlabel 'time of the first over time of the second (median of rounds; left of 1: faster)'\n";
   script +=
-      "set key at graph 0.5,1.0 bottom center horizontal samplen 1.5\nset tmargin 3\nset style fill solid 0.8 "
+      "set key outside top center horizontal maxrows 1 samplen 1.5\nset style fill solid 0.8 "
       "noborder\n";
   script += "set arrow from 1,graph 0 to 1,graph 1 nohead lw 1 lc rgb '#444444'\n" + labels;
   std::string plot = "plot ";
@@ -217,7 +237,8 @@ std::optional<Picture> bars(const Group& suite) {
     script += fmt::format("$aims << EOD\n{}EOD\n", aims);
     plot += ", $aims with vectors nohead lw 3 lc rgb 'black' title 'aim'";
   }
-  return Picture{suite.name, file_name(suite.name + "-ratios"), "ratios", script + plot + "\n", 150 + 30 * count};
+  return Picture{suite.name, file_name(suite.name + "-ratios"), suite.name + ": ratios", script + plot + "\n",
+                 180 + 30 * count};
 }
 
 }  // namespace

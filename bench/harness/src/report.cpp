@@ -9,6 +9,7 @@
 #include "nadir/base/files.h"
 #include "nadir/base/text.h"
 #include "nadir/bench/measure.h"
+#include "nadir/bench/runner.h"
 
 namespace nadir::bench {
 namespace {
@@ -42,7 +43,7 @@ std::string ratios_of(const Row& row) {
 
 Line line_of(const Row& row) {
   const auto q1 = counter(row, "wall_q1_ms"), q3 = counter(row, "wall_q3_ms"), rate = counter(row, "rate");
-  return {row.setting.empty() ? row.method : row.method + ", " + row.setting,
+  return {label(row.method, row.setting),
           optional_number(row.wall_ms),
           q1 && q3 ? short_number(*q1) + " to " + short_number(*q3) : "",
           optional_number(row.cpu_ms),
@@ -164,7 +165,7 @@ Result<std::string> html_page(const std::vector<Row>& rows, const ReportInfo& in
         if (picture.suite != suite) continue;
         const auto svg = read_text_file(folder / (picture.name + ".svg"));
         if (!svg) return fail(svg);
-        html += fmt::format("<h3>{}</h3>\n{}\n", escaped(picture.title), inline_svg(*svg));
+        html += inline_svg(*svg) + "\n";
       }
     }
     html += fmt::format("<h3>{}</h3>\n{}", escaped(block.case_name), html_table(block));
@@ -172,9 +173,9 @@ Result<std::string> html_page(const std::vector<Row>& rows, const ReportInfo& in
   return html + "</body></html>\n";
 }
 
-std::string quoted_path(const std::filesystem::path& path) {
+std::string gnuplot_string(const std::string& text) {
   std::string out = "'";
-  for (const char c : path.string()) out.append(c == '\'' ? 2 : 1, c);
+  for (const char c : text) out.append(c == '\'' ? 2 : 1, c);
   return out + '\'';
 }
 
@@ -183,9 +184,9 @@ Result<void> draw(const Picture& picture, const std::filesystem::path& folder) {
   for (const std::string kind : {"png", "svg"})
     script += fmt::format(
         "reset\nset terminal {} size 1100,{} font 'DejaVu Sans,{}' noenhanced background '#ffffff'\n"
-        "set output {}\n{}\nset output\n",
+        "set output {}\nset title {}\n{}\nset output\n",
         kind == "png" ? "pngcairo" : "svg", picture.height_px, kind == "png" ? 11 : 14,
-        quoted_path(folder / (picture.name + "." + kind)), picture.script);
+        gnuplot_string((folder / (picture.name + "." + kind)).string()), gnuplot_string(picture.title), picture.script);
   const auto file = folder / (picture.name + ".gnuplot");
   if (const auto written = write_file(file, script); !written) return written;
   const auto drawn = measure_command({"gnuplot", file.string()});

@@ -101,7 +101,7 @@ Result<Row> row_of(const std::string& file, const Record& record) {
   }
   if (!f[9].empty())
     for (const std::string_view pair : split(f[9], ';')) {
-      const std::size_t equals = pair.find('=');
+      const std::size_t equals = pair.rfind('=');
       if (equals == std::string_view::npos || equals == 0)
         return bad_field(file, record.line, columns[9], f[9], "key=value;key=value");
       row.counters[std::string(pair.substr(0, equals))] = pair.substr(equals + 1);

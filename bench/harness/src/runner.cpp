@@ -35,14 +35,15 @@ Result<Usage> repeat(const Method& method, int calls) {
 
 template <class T>
 tl::unexpected<Error> fail_in(const std::string& case_name, const Method& method, const Result<T>& failed) {
-  return fail(failed.error().kind, fmt::format("{}: {}: {}", case_name, method.name, failed.error().message));
+  return fail(failed.error().kind,
+              fmt::format("{}: {}: {}", case_name, label(method.name, method.setting), failed.error().message));
 }
 
 void add_ratio(const Aim& aim, const Comparison& comparison, const std::vector<Samples>& samples,
                std::vector<Row>& rows) {
   const auto place = [&](const std::string& name) {
     const auto found = std::find_if(comparison.methods.begin(), comparison.methods.end(),
-                                    [&](const Method& method) { return method.name == name; });
+                                    [&](const Method& method) { return label(method.name, method.setting) == name; });
     assert(found != comparison.methods.end());
     return static_cast<std::size_t>(found - comparison.methods.begin());
   };
@@ -57,6 +58,10 @@ void add_ratio(const Aim& aim, const Comparison& comparison, const std::vector<S
 }
 
 }  // namespace
+
+std::string label(const std::string& name, const std::string& setting) {
+  return setting.empty() ? name : name + ", " + setting;
+}
 
 std::vector<std::size_t> order_of_round(std::size_t methods, std::size_t round) {
   std::vector<std::size_t> order(methods);

@@ -19,7 +19,7 @@ struct Row {
   std::string error_unit;
   std::optional<double> cpu_ms, wall_ms;        // medians over rounds, of one repetition; CPU of all threads
   std::optional<std::uint64_t> peak_bytes;      // memory that the method took beyond what was there before it
-  std::map<std::string, std::string> counters;  // keys and values hold no ';', keys no '='
+  std::map<std::string, std::string> counters;  // none holds ';', values no '='
   std::string commit;
   friend bool operator==(const Row&, const Row&) = default;
 };

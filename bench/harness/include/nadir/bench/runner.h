@@ -24,9 +24,12 @@ struct Method {
   bool peak = false;  // of `run`: measure its peak memory, in a process of its own. Commands always tell theirs
 };
 
+/// What a method is called among the others: its name, and behind a comma its setting where it has one.
+std::string label(const std::string& name, const std::string& setting);
+
 /// "`method` takes at most `most` times what `baseline` takes."
 struct Aim {
-  std::string method, baseline;  // names of methods
+  std::string method, baseline;  // labels of methods of the comparison
   std::optional<double> most;    // nothing: only of interest
   Time time = Time::wall;
 };
