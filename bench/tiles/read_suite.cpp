@@ -160,11 +160,11 @@ Case warm_lookup(const RunOptions& options) {
               };
             };
             Comparison comparison;
-            comparison.methods = {{.name = "one thread", .setting = "threads=1", .run = look(1)},
-                                  {.name = "two threads, each as many", .setting = "threads=2", .run = look(2)}};
+            comparison.methods = {{.name = "lookups", .setting = "threads=1", .run = look(1)},
+                                  {.name = "lookups", .setting = "threads=2, each as many", .run = look(2)}};
             comparison.work = lookups / 1e6;
             comparison.work_unit = "million lookups a thread";
-            comparison.aims = {{"two threads, each as many", "one thread", 1.2}};
+            comparison.aims = {{"lookups, threads=2, each as many", "lookups, threads=1", 1.2}};
             return comparison;
           }};
 }
@@ -209,15 +209,14 @@ Case open_and_first_view(const RunOptions& options, const std::string& codec, co
             Comparison comparison;
             for (const int threads : {1, 2}) {
               const std::string setting = fmt::format("threads={}", threads);
-              comparison.methods.push_back({.name = fmt::format("nadir, {} thread{}", threads, threads > 1 ? "s" : ""),
-                                            .setting = setting,
-                                            .run = [=] { return open_and_pin(Map::open(*path), threads); }});
-              comparison.methods.push_back({.name = fmt::format("GDAL, {} thread{}", threads, threads > 1 ? "s" : ""),
-                                            .setting = setting,
-                                            .run = [=] { return open_and_read_by_gdal(*path, threads); }});
+              comparison.methods.push_back({.name = "nadir", .setting = setting, .run = [=] {
+                                              return open_and_pin(Map::open(*path), threads);
+                                            }});
+              comparison.methods.push_back(
+                  {.name = "GDAL", .setting = setting, .run = [=] { return open_and_read_by_gdal(*path, threads); }});
             }
-            comparison.aims = {{"nadir, 1 thread", "GDAL, 1 thread", 1 / 2.5},
-                               {"nadir, 2 threads", "GDAL, 2 threads", 1 / 2.5}};
+            comparison.aims = {{"nadir, threads=1", "GDAL, threads=1", 1 / 2.5},
+                               {"nadir, threads=2", "GDAL, threads=2", 1 / 2.5}};
             return comparison;
           }};
 }
@@ -247,7 +246,6 @@ Case growth(const RunOptions&) {
               if (!map) return fail(map);
               const std::shared_ptr<const ByteSource> bytes = *map;
               comparison.methods.push_back({.name = fmt::format("{} texels a side", side),
-                                            .setting = "threads=1",
                                             .run = [=] { return open_and_pin(Map::open(bytes), 1); }});
             }
             comparison.aims = {{comparison.methods[1].name, comparison.methods[0].name, 1.1},
@@ -317,7 +315,6 @@ Case far_away(const RunOptions& options, const std::string& codec, const std::ve
             };
             Comparison comparison;
             comparison.methods = {{.name = "nadir",
-                                   .setting = "threads=2",
                                    .run = [=] { return open_and_pin(Map::open(url), 2); },
                                    .before = begin,
                                    .after = [=]() -> Result<void> {
@@ -326,7 +323,6 @@ Case far_away(const RunOptions& options, const std::string& codec, const std::ve
                                    },
                                    .counters = counted(ours)},
                                   {.name = "GDAL /vsicurl, tuned",
-                                   .setting = "threads=2",
                                    .run = [=] { return open_and_read_by_gdal("/vsicurl/" + url, 2); },
                                    .before = begin,
                                    .after = [=]() -> Result<void> {

@@ -42,7 +42,7 @@ void explain_layer(const Layer& layer, const PatchMapping& mapping, bool mapping
   if (plan.undersampled)
     does("some pixels span more texels than are sampled: the map has too few levels (nadir build adds them)");
 
-  if (!map.projection().uses_library()) without("projection library: the CRS is WGS-84 longitude and latitude");
+  if (!map.projection().uses_library()) without("projection library: the CRS has a closed form");
   if (layer.source->bands().size() < map.description().bands.size())
     without(fmt::format("{} bands: not asked for", map.description().bands.size() - layer.source->bands().size()));
   if (plan.finest_level > 0) without(fmt::format("levels finer than {}: no pixel is that fine", plan.finest_level));

@@ -35,6 +35,21 @@ Result<void*> entry_of(const Module& module, const std::string& file) {
               fmt::format("{}: belongs to another version of this program (no {} in it)", file, module.entry));
 }
 
+/// Where the dynamic linker looks for what the program needs, its run path first. Asked for, and not left to dlopen by
+/// name: that takes the run path of whoever calls it, which under sanitizers is their library.
+std::vector<fs::path> linker_folders() {
+  void* program = dlopen(nullptr, RTLD_LAZY);
+  Dl_serinfo size{};
+  if (!program || dlinfo(program, RTLD_DI_SERINFOSIZE, &size) != 0) return {};
+  std::vector<std::byte> memory(size.dls_size);
+  auto* paths = reinterpret_cast<Dl_serinfo*>(memory.data());
+  *paths = size;
+  if (dlinfo(program, RTLD_DI_SERINFO, paths) != 0) return {};
+  std::vector<fs::path> folders;
+  for (unsigned i = 0; i < paths->dls_cnt; ++i) folders.emplace_back((&paths->dls_serpath[0])[i].dls_name);
+  return folders;
+}
+
 }  // namespace
 
 Result<void*> load_module(const Module& module, std::span<const fs::path> folders) {
@@ -53,8 +68,8 @@ Result<void*> load_module(const Module& module, std::span<const fs::path> folder
 Result<void*> load_module(const Module& module) {
   auto entry = load_module(module, module_folders());
   if (entry || entry.error().kind != Error::Kind::NotFound) return entry;
-  const auto by_linker = entry_of(module, module.name);
-  return by_linker ? by_linker : entry;
+  const auto by_linker = load_module(module, linker_folders());
+  return by_linker || by_linker.error().kind != Error::Kind::NotFound ? by_linker : entry;
 }
 
 }  // namespace nadir

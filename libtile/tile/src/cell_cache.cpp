@@ -176,6 +176,7 @@ struct CellCache::Engine {
 
   /// Reserves bytes, evicting what nobody holds; `gently`: only what was asked for no more than once.
   bool make_room(std::uint64_t wanted, std::size_t first_shard, bool gently) {
+    if (wanted > budget_bytes) return false;
     for (const bool used_again : {false, true}) {
       if (used_again && gently) break;
       for (std::size_t i = 0; i < shards.size(); ++i) {

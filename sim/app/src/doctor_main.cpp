@@ -67,7 +67,7 @@ class Doctor {
                                           map.projection().uses_library() ? ", related to WGS-84 by PROJ" : ""));
     if (!map.projection().uses_library())
       note(Finding::Kind::Good,
-           fmt::format("{}: its coordinates are WGS-84 longitude and latitude: no projection is calculated", name));
+           fmt::format("{}: its CRS has a closed form: no projection library is loaded", name));
     if (d.licence.empty())
       note(Finding::Kind::Note,
            fmt::format("{}: the file states no licence: check that you may use what you make of it", name));
