@@ -132,10 +132,12 @@ TEST_F(CacheTest, KeepsWithinItsBudgetAndForgetsTheLeastRecentlyUsed) {
   options.cache_bytes = 5 * (block + 8) + 1000;  // five blocks and what is known of the file
   const auto file = open_remote(server.url("plain"), options).value();
   for (std::uint64_t i = 1; i < 5; ++i) read(*file, i * block, 10);
+  EXPECT_EQ(file->counters().cache_failures, 0u);  // known once all is written
   EXPECT_EQ(blocks().size(), 5u);
   std::this_thread::sleep_for(std::chrono::milliseconds(20));  // more than a tick of the clock that stamps files
   read(*file, 1 * block, 10);
   read(*file, 6 * block, 10);
+  EXPECT_EQ(file->counters().cache_failures, 0u);
   std::uint64_t used = 0;
   for (const fs::path& path : blocks()) used += fs::file_size(path);
   EXPECT_LE(used, options.cache_bytes);
@@ -199,7 +201,7 @@ TEST_F(CacheTest, SeveralCachesOnOneFolderGiveRightBytesOrNone) {
       for (int i = 0; i < 100; ++i) {
         const std::uint64_t index = random() % 12;
         const std::string block_text = bytes(index * block, block);
-        if (!cache.store(key, index, std::as_bytes(std::span(block_text)))) ++wrong;
+        cache.store(key, index, std::as_bytes(std::span(block_text)), [&] { ++wrong; });
         const std::uint64_t other = random() % 12;
         if (!cache.load(key, other, std::as_writable_bytes(std::span(text)))) continue;
         ++(text == bytes(other * block, block) ? right : wrong);

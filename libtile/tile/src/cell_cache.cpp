@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
+#include <tbb/spin_mutex.h>
 #include <tbb/task_arena.h>
 
 #include <algorithm>
@@ -90,18 +91,20 @@ struct CellCache::Engine {
     std::vector<std::shared_ptr<Cell>> cells;  // of the block; null where not kept; empty while being loaded
     std::uint64_t cell_bytes = 0;
     bool loading = false, used_again = false;
+    std::uint64_t turn = 0;  // of the last use
     std::list<BlockKey>::iterator age;
   };
-  struct Shard {
-    std::mutex mutex;  // guards what follows; never held while a block is read
-    std::condition_variable loaded;
+  struct alignas(128) Shard {  // two lines: processors fetch them in pairs
+    tbb::spin_mutex mutex;     // guards what follows; held for moments, never while a block is read
+    std::condition_variable_any loaded;
     std::unordered_map<BlockKey, Entry, HashKey> entries;
     std::list<BlockKey> once, again;  // by age, last used first: asked for once, and more than once
     CacheCounters counters;
   };
 
   const std::uint64_t budget_bytes;
-  std::array<Shard, 16> shards;
+  std::array<Shard, 64> shards;
+  alignas(128) std::atomic<std::uint64_t> turn{1};  // counts calls of `pin` and loads: uses in between are one
   std::atomic<std::uint64_t> bytes{0}, peak_bytes{0}, again_bytes{0};  // the last, of what was used again
   tbb::task_arena arena;  // where blocks are decoded, so that they never wait for, or hold up, those who sample
 
@@ -194,8 +197,12 @@ struct CellCache::Engine {
     return try_reserve(wanted);
   }
 
-  /// Notes that a block was used; with the shard's mutex held.
+  /// Notes that a block was used; with the shard's mutex held. Once a turn, so that lookups between write nothing that
+  /// other threads read.
   void touch(Shard& shard, Entry& entry) {
+    const std::uint64_t now = turn.load(std::memory_order_relaxed);
+    if (entry.turn == now) return;
+    entry.turn = now;
     if (entry.used_again) {
       shard.again.splice(shard.again.begin(), shard.again, entry.age);
       return;
@@ -243,8 +250,9 @@ struct CellCache::Engine {
   Result<void> load(const Group& group, const Fetched& fetched, bool prefetching, std::span<CellPtr> out) {
     const BlockKey key = group.key();
     Shard& shard = shard_of(key);
+    turn.fetch_add(1, std::memory_order_relaxed);
     {
-      std::unique_lock lock(shard.mutex);
+      std::unique_lock<tbb::spin_mutex> lock(shard.mutex);
       for (;;) {
         Entry& entry = shard.entries.try_emplace(key).first->second;
         if (!entry.loading) {
@@ -300,6 +308,7 @@ struct CellCache::Engine {
       entry.cell_bytes = cell_bytes;
       shard.once.push_front(key);
       entry.age = shard.once.begin();
+      entry.turn = turn.load(std::memory_order_relaxed);
     }
     // Cells that somebody holds stay: they are the same
     std::uint64_t kept = 0;
@@ -381,6 +390,7 @@ Result<CellPtr> CellCache::get(const CellSource& source, int level, std::int32_t
 
 Result<std::vector<CellPtr>> CellCache::pin(std::span<const CellRequest> requests) {
   const std::vector<Group> groups = grouped(requests);
+  engine_->turn.fetch_add(1, std::memory_order_relaxed);
   std::vector<std::vector<CellPtr>> found(groups.size());
   std::vector<std::size_t> missing;
   for (std::size_t g = 0; g < groups.size(); ++g) {

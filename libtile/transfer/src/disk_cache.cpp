@@ -100,6 +100,13 @@ void DiskCache::remember_version(std::string_view url, const FileVersion& versio
 
 bool DiskCache::load(const FileKey& file, std::uint64_t index, std::span<std::byte> out) {
   const FileKey key = block_key(file, index);
+  {
+    const std::scoped_lock lock(queue_mutex_);
+    if (const auto it = waiting_.find(key); it != waiting_.end() && it->second->bytes.size() == out.size()) {
+      std::copy(it->second->bytes.begin(), it->second->bytes.end(), out.begin());
+      return true;
+    }
+  }
   const fs::path path = path_of(folder_, key, block_suffix);
   const auto source = LocalFile::open(path.string());
   if (!source) return false;
@@ -116,12 +123,62 @@ bool DiskCache::load(const FileKey& file, std::uint64_t index, std::span<std::by
   return true;
 }
 
-bool DiskCache::store(const FileKey& file, std::uint64_t index, std::span<const std::byte> block) {
+void DiskCache::store(const FileKey& file, std::uint64_t index, std::span<const std::byte> block,
+                      std::function<void()> failed) {
+  constexpr std::uint64_t most_waiting_bytes = 64 << 20;
   const FileKey key = block_key(file, index);
-  const std::uint64_t sum = checksum(block, key);
-  std::string bytes(reinterpret_cast<const char*>(block.data()), block.size());
+  auto waiting = std::make_shared<const Block>(Block{{block.begin(), block.end()}, std::move(failed)});
+  {
+    const std::scoped_lock lock(queue_mutex_);
+    if (waiting_.contains(key)) return;
+    if (waiting_bytes_ + block.size() <= most_waiting_bytes) {
+      waiting_.emplace(key, waiting);
+      order_.push_back(key);
+      waiting_bytes_ += block.size();
+      if (!worker_.joinable()) worker_ = std::thread([this] { work(); });
+      waiting = nullptr;
+    }
+  }
+  queue_changed_.notify_all();
+  if (waiting) write_block(key, *waiting);
+}
+
+void DiskCache::write_block(const FileKey& key, const Block& block) {
+  const std::uint64_t sum = checksum(block.bytes, key);
+  std::string bytes(reinterpret_cast<const char*>(block.bytes.data()), block.bytes.size());
   bytes.append(reinterpret_cast<const char*>(&sum), sizeof sum);
-  return write(path_of(folder_, key, block_suffix), bytes);
+  if (!write(path_of(folder_, key, block_suffix), bytes)) block.failed();
+}
+
+void DiskCache::work() {
+  std::unique_lock lock(queue_mutex_);
+  for (;;) {
+    queue_changed_.wait(lock, [&] { return closing_ || !order_.empty(); });
+    if (order_.empty()) return;
+    const FileKey key = order_.front();
+    const auto block = waiting_.at(key);
+    lock.unlock();
+    write_block(key, *block);
+    lock.lock();
+    order_.pop_front();
+    waiting_.erase(key);
+    waiting_bytes_ -= block->bytes.size();
+    queue_changed_.notify_all();
+  }
+}
+
+void DiskCache::finish_writing() {
+  std::unique_lock lock(queue_mutex_);
+  queue_changed_.wait(lock, [&] { return order_.empty(); });
+}
+
+DiskCache::~DiskCache() {
+  {
+    const std::scoped_lock lock(queue_mutex_);
+    closing_ = true;
+  }
+  queue_changed_.notify_all();
+  if (worker_.joinable()) worker_.join();
 }
 
 bool DiskCache::write(const fs::path& path, std::string_view bytes) {

@@ -62,7 +62,14 @@ class HttpFile final : public RemoteFile {
 
   const std::string& name() const override { return endpoint_->target.name; }
   std::uint64_t size() const override { return version_.size; }
-  Counters counters() const override { return endpoint_->tally.now(); }
+  /// What was read is kept once the file is closed.
+  ~HttpFile() override {
+    if (cache_) cache_->finish_writing();
+  }
+  Counters counters() const override {
+    if (cache_) cache_->finish_writing();  // whether blocks could be kept is known then
+    return endpoint_->tally.now();
+  }
   Result<void> read(std::uint64_t offset, std::span<std::byte> out) const override {
     const ByteRequest request{offset, out};
     return read_many({&request, 1});
@@ -167,10 +174,8 @@ void HttpFile::keep(std::uint64_t offset, std::span<const std::byte> bytes) cons
   while (!bytes.empty()) {
     const std::uint64_t size = std::min(block_bytes, version_.size - offset);
     if (bytes.size() < size) return;
-    if (!cache_->store(key_, offset / block_bytes, bytes.first(size))) {
-      endpoint_->count(&Tally::cache_failures);
-      return;
-    }
+    cache_->store(key_, offset / block_bytes, bytes.first(size),
+                  [endpoint = endpoint_] { endpoint->count(&Tally::cache_failures); });
     offset += size;
     bytes = bytes.subspan(size);
   }

@@ -2,14 +2,20 @@
 
 #include <array>
 #include <atomic>
+#include <condition_variable>
 #include <cstdint>
+#include <deque>
 #include <filesystem>
+#include <functional>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
 #include <span>
 #include <string>
 #include <string_view>
+#include <thread>
+#include <vector>
 
 namespace nadir::transfer {
 
@@ -40,6 +46,8 @@ class DiskCache {
   /// `budget_bytes` > 0. Nothing is made on disk before the first block is kept.
   DiskCache(std::filesystem::path folder, std::uint64_t budget_bytes)
       : folder_(std::move(folder)), budget_bytes_(budget_bytes) {}
+  /// Writes what is left to write.
+  ~DiskCache();
   /// The one of this process for that folder and budget.
   static std::shared_ptr<DiskCache> shared(const std::filesystem::path& folder, std::uint64_t budget_bytes);
   /// $XDG_CACHE_HOME/nadir, else ~/.cache/nadir; empty where the environment names neither.
@@ -54,12 +62,21 @@ class DiskCache {
 
   /// Fills `out`, the whole of the file's block `index`; false where it is not kept, or damaged and now gone.
   bool load(const FileKey& file, std::uint64_t index, std::span<std::byte> out);
-  /// False where it could not be kept.
-  bool store(const FileKey& file, std::uint64_t index, std::span<const std::byte> block);
+  /// Keeps a block: a thread of the cache writes it, so that no reader waits for the disk, and `load` has it at once.
+  /// Where more than 64 MiB wait, the caller writes it himself. `failed` is called where it could not be kept.
+  void store(const FileKey& file, std::uint64_t index, std::span<const std::byte> block, std::function<void()> failed);
+  /// Waits until nothing is left to write.
+  void finish_writing();
   /// Whether every block so far could be kept.
   bool writable() const { return writable_; }
 
  private:
+  struct Block {
+    std::vector<std::byte> bytes;
+    std::function<void()> failed;
+  };
+  void write_block(const FileKey& key, const Block& block);
+  void work();
   bool write(const std::filesystem::path& path, std::string_view bytes);
   void make_room(std::uint64_t bytes);
 
@@ -69,6 +86,14 @@ class DiskCache {
   std::mutex room_mutex_;  // guards the two below, and lets one thread at a time look through the folder
   std::optional<std::uint64_t> used_bytes_;  // at the last look and written since; none before the first
   std::uint64_t written_since_look_ = 0;
+
+  std::mutex queue_mutex_;  // guards what follows; never held while writing
+  std::condition_variable queue_changed_;
+  std::map<FileKey, std::shared_ptr<const Block>> waiting_;  // by key of the block, the one being written too
+  std::deque<FileKey> order_;
+  std::uint64_t waiting_bytes_ = 0;
+  bool closing_ = false;
+  std::thread worker_;
 };
 
 }  // namespace nadir::transfer
