@@ -220,7 +220,7 @@ std::optional<Picture> bars(const Group& suite) {
                         log_range(values), count + 0.7, longest + 2);
   script +=
       log_tics('x', values) + fmt::format("set ytics ({})\nunset grid\nset grid x lt 1 lw 1 lc rgb '#e0e0e0'\n", tics);
-  script += "set xlabel 'time of the first over time of the second (median of rounds; left of 1: faster)'\n";
+  script += "set xlabel 'time of the first over time of the second; left of 1 it is faster'\n";
   script +=
       "set key outside top center horizontal maxrows 1 samplen 1.5\nset style fill solid 0.8 "
       "noborder\n";
@@ -237,8 +237,8 @@ std::optional<Picture> bars(const Group& suite) {
     script += fmt::format("$aims << EOD\n{}EOD\n", aims);
     plot += ", $aims with vectors nohead lw 3 lc rgb 'black' title 'aim'";
   }
-  return Picture{suite.name, file_name(suite.name + "-ratios"), suite.name + ": ratios", script + plot + "\n",
-                 180 + 30 * count};
+  return Picture{suite.name,       file_name(suite.name + "-ratios"),  suite.name + ": ratios", script + plot + "\n",
+                 180 + 30 * count, 750 + 8 * static_cast<int>(longest)};  // room for bars beside the longest name
 }
 
 }  // namespace

@@ -183,9 +183,9 @@ Result<void> draw(const Picture& picture, const std::filesystem::path& folder) {
   std::string script;
   for (const std::string kind : {"png", "svg"})
     script += fmt::format(
-        "reset\nset terminal {} size 1100,{} font 'DejaVu Sans,{}' noenhanced background '#ffffff'\n"
+        "reset\nset terminal {} size {},{} font 'DejaVu Sans,{}' noenhanced background '#ffffff'\n"
         "set output {}\nset title {}\n{}\nset output\n",
-        kind == "png" ? "pngcairo" : "svg", picture.height_px, kind == "png" ? 11 : 14,
+        kind == "png" ? "pngcairo" : "svg", picture.width_px, picture.height_px, kind == "png" ? 11 : 14,
         gnuplot_string((folder / (picture.name + "." + kind)).string()), gnuplot_string(picture.title), picture.script);
   const auto file = folder / (picture.name + ".gnuplot");
   if (const auto written = write_file(file, script); !written) return written;

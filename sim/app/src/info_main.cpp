@@ -135,7 +135,7 @@ int main(int argc, char** argv) {
   CLI::App app("What a map is: size, levels, CRS, scale on the ground, bands, and what to mind.", "nadir info");
   std::string path;
   bool json = false, check = false;
-  app.add_option("MAP", path, "any raster that GDAL reads")->required();
+  app.add_option("MAP", path, "any raster that GDAL reads, on disk or behind a URL")->required();
   app.add_flag("--json", json, "for programs");
   app.add_flag("--check", check, "decode every tile of every level too");
   app.footer("example: nadir info --check kampala.tif");

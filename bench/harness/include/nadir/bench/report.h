@@ -26,7 +26,7 @@ struct ReportInfo {
 struct Picture {
   std::string suite, name, title;  // name: of its files, without ending
   std::string script;              // behind the choice of terminal and output
-  int height_px;
+  int height_px, width_px = 1100;
 };
 
 /// What the rows show: of each case with errors a scatter of error against time with its Pareto front, of each line a
