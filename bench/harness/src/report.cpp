@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "nadir/base/files.h"
+#include "nadir/base/html.h"
 #include "nadir/base/text.h"
 #include "nadir/bench/measure.h"
 #include "nadir/bench/runner.h"
@@ -89,27 +90,6 @@ std::vector<std::size_t> filled_columns(const std::vector<Line>& lines) {
     if (std::any_of(lines.begin(), lines.end(), [&](const Line& line) { return !line[i].empty(); }))
       filled.push_back(i);
   return filled;
-}
-
-std::string escaped(std::string_view text) {
-  std::string out;
-  for (const char c : text) switch (c) {
-      case '&':
-        out += "&amp;";
-        break;
-      case '<':
-        out += "&lt;";
-        break;
-      case '>':
-        out += "&gt;";
-        break;
-      case '"':
-        out += "&quot;";
-        break;
-      default:
-        out += c;
-    }
-  return out;
 }
 
 std::string html_table(const Block& block) {

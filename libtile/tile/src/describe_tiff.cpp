@@ -12,6 +12,7 @@
 #include "nadir/base/text.h"
 #include "nadir/tiff/decode.h"
 #include "nadir/tile/raster.h"
+#include "tiff_tiles.h"
 
 namespace nadir::tile {
 namespace {
@@ -73,19 +74,6 @@ std::string_view stored_type(const TileFormat& format) {
   return names[static_cast<std::size_t>(tiff::decoded_sample(format))];
 }
 
-SampleType read_as(const TileFormat& format) {
-  switch (tiff::decoded_sample(format)) {
-    case Sample::U8:
-      return SampleType::UInt8;
-    case Sample::U16:
-      return SampleType::UInt16;
-    case Sample::I16:
-      return SampleType::Int16;
-    default:
-      return SampleType::Float32;
-  }
-}
-
 std::string color_of(const Directory& directory, std::size_t band) {
   const TileFormat& format = directory.format;
   const std::size_t colors = format.samples - directory.extra_samples.size();
@@ -115,7 +103,7 @@ Result<std::vector<Band>> describe_bands(const tiff::TiffFile& file, const Metad
   std::vector<Band> bands(directory.format.samples);
   for (std::size_t b = 0; b < bands.size(); ++b) {
     bands[b].stored_type = stored_type(directory.format);
-    bands[b].sample_type = read_as(directory.format);
+    bands[b].sample_type = held_as(tiff::decoded_sample(directory.format));
     bands[b].nodata = nodata;
     bands[b].color = color_of(directory, b);
   }

@@ -16,21 +16,6 @@ using tiff::Directory, tiff::Sample, tiff::TileAddress, tiff::TileFormat, tiff::
 /// still in the nearest caches when it is laid out.
 constexpr std::size_t bytes_read_at_once = 256 << 10;
 
-std::optional<SampleType> held_as(Sample sample) {
-  switch (sample) {
-    case Sample::U8:
-      return SampleType::UInt8;
-    case Sample::U16:
-      return SampleType::UInt16;
-    case Sample::I16:
-      return SampleType::Int16;
-    case Sample::I8:
-      return std::nullopt;
-    default:
-      return SampleType::Float32;
-  }
-}
-
 /// Picks samples of a row: `from` has `pitch` of them a texel, of which those at `picks` are wanted.
 template <class From, class To>
 void pick(const From* from, std::size_t pitch, std::span<const std::uint32_t> picks, std::size_t texels, To* to,
@@ -85,6 +70,21 @@ class PackedBuffer {
 };
 
 }  // namespace
+
+std::optional<SampleType> held_as(Sample sample) {
+  switch (sample) {
+    case Sample::U8:
+      return SampleType::UInt8;
+    case Sample::U16:
+      return SampleType::UInt16;
+    case Sample::I16:
+      return SampleType::Int16;
+    case Sample::I8:
+      return std::nullopt;
+    default:
+      return SampleType::Float32;
+  }
+}
 
 TiffTiles::TiffTiles(std::shared_ptr<const tiff::TiffFile> file, const MapDescription& description)
     : file_(std::move(file)), path_(description.path) {}

@@ -12,6 +12,9 @@
 
 namespace nadir::tile {
 
+/// The type in which decoded samples are held by maps; empty for signed bytes, which are not rendered.
+std::optional<SampleType> held_as(tiff::Sample sample);
+
 /// Address of a stored tile of a map.
 struct TileKey {
   int level = 0;

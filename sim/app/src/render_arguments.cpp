@@ -75,7 +75,7 @@ void add_render_options(CLI::App& app, RenderArguments& a) {
   };
   app.add_option_function<std::string>(
          "--map", [&a](const std::string& path) { a.maps.push_back({path}); },
-         "a georeferenced raster; may be given several times, one layer each")
+         "a georeferenced raster, on disk or behind a URL; may be given several times, one layer each")
       ->trigger_on_parse()
       ->required()
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeLast)

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <iterator>
 
-#include "html.h"
+#include "nadir/base/html.h"
 
 namespace nadir::record {
 namespace {

@@ -1,9 +1,9 @@
-#include "html.h"
+#include "nadir/base/html.h"
 
 #include <algorithm>
 #include <cstdint>
 
-namespace nadir::record {
+namespace nadir {
 namespace {
 
 /// Length of the character at the start of `text`, which is not empty; 0 where none that XML allows is there.
@@ -73,4 +73,4 @@ std::string base64(std::string_view bytes) {
   return out;
 }
 
-}  // namespace nadir::record
+}  // namespace nadir
