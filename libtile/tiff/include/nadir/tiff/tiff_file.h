@@ -22,6 +22,8 @@ struct TilePlace {
   std::uint64_t offset = 0, size = 0;
 };
 
+class Pages;
+
 /// The directories of a tiled TIFF, classic or big, in either byte order, read from its headers alone.
 ///
 /// The tables of where tiles lie are read when a tile is asked for, a page at a time, and few pages are kept: opening
@@ -50,11 +52,11 @@ class TiffFile {
   std::vector<Result<TilePlace>> locate(std::span<const TileAddress> tiles) const;
 
  private:
-  class Pages;
   TiffFile(std::shared_ptr<const ByteSource> source);
   Result<void> read_directories();
   Result<Directory> read_directory(std::uint64_t place, std::uint64_t& next) const;
   Result<std::uint64_t> unsigned_value(const Field* field, std::uint64_t absent) const;
+  Result<std::uint64_t> unsigned_at(std::uint64_t place, std::uint32_t size) const;  // of 1, 2, 4 or 8 bytes
   template <class T>
   T to_native(const std::byte* bytes) const;
 
