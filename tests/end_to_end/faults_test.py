@@ -13,7 +13,10 @@ import subprocess
 import tempfile
 import unittest
 
+from osgeo import gdal
+
 NADIR = os.environ["NADIR_BIN"]
+gdal.UseExceptions()
 FILES = pathlib.Path(__file__).resolve().parent.parent / "data" / "awkward"
 CAMERA = """image_width: {width}
 image_height: 64
@@ -146,6 +149,30 @@ class Faults(unittest.TestCase):
         self.assertEqual(len(seen["damage"]), 1)
         self.assertEqual(seen["valid_fraction"], 0)
         self.assert_fault(run("info", "--check", path), path, "level 0")
+
+    def test_a_flight_over_a_torn_tile_goes_on_and_says_so(self):
+        # The Kampala map with the first half of the packed tile (2, 1) of its level 0 zeroed
+        whole = FILES.parent.parent.parent / "sim" / "demo" / "maps" / "kampala.tif"
+        dataset = gdal.Open(str(whole))  # a band does not keep its dataset
+        offset, size = (int(dataset.GetRasterBand(1).GetMetadataItem(f"BLOCK_{what}_2_1", "TIFF")) for what in ("OFFSET", "SIZE"))
+        data = bytearray(whole.read_bytes())
+        data[offset:offset + size // 2] = bytes(size // 2)
+        torn, folder = self.folder / "torn.tif", self.folder / "torn"
+        torn.write_bytes(data)
+        runs = FILES.parent.parent.parent / "sim" / "demo" / "runs"
+        for name in ("kampala.csv", "rgb.yaml"):
+            shutil.copy(runs / name, self.folder / name)
+        flight = self.file("torn.yaml", (runs / "kampala.yaml").read_text().replace("../maps/kampala.tif", "torn.tif").replace(
+            "duration_s: 23.5", "duration_s: 0.5"))
+        done = run("fly", flight, "-o", folder, "--json")
+        self.assertEqual(done.returncode, 1, done.stderr)
+        fault = done.stderr.splitlines()[-1]
+        for words in ("torn.tif: level 0, tile (2, 1): WebP data are damaged", "2 frames saw 1 damaged tile", "fetch or build it again"):
+            self.assertIn(words, fault)
+        for record in self.records(folder):
+            self.assertEqual(len(record["damage"]), 1)
+            self.assertGreater(record["valid_fraction"], 0.9, "the rest is there")
+        self.assertEqual(run("verify", folder).returncode, 0, "a damaged map gives the same frames again")
 
     def test_cameras_that_see_no_map(self):
         elsewhere = self.poses(lat=10)
