@@ -17,6 +17,11 @@ enum class Compression { None, Deflate, Zstd, Lzw, Jpeg, Webp, Lerc };
 std::string_view to_string(Compression compression);  // "zstd"
 Result<Compression> parse_compression(std::string_view name);
 
+/// How a level's texels come from those of the level before that lie under or near them.
+enum class Filter : std::uint8_t { Box, Gaussian, Lanczos, Nearest, Mode };
+std::string_view to_string(Filter filter);  // "box"
+Result<Filter> parse_filter(std::string_view name);
+
 struct BuildOptions {
   /// Rasters, or folders of XYZ tiles: DIR/{zoom}/{x}/{y}.png, Web-Mercator, y downward. Several become one
   /// mosaic on the grid of the first, later ones on top; they agree in CRS, texel size, bands and sample type.
