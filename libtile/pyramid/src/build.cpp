@@ -51,7 +51,7 @@ Result<BuildReport> build(const BuildOptions& options) {
   if (const auto ok = check_output(options); !ok) return fail(ok);
   tile::limit_gdal_block_cache(options.memory_bytes / 8);
   const QuietGdal quiet;
-  const auto design = pyramid::design(options);
+  auto design = pyramid::design(options);
   if (!design) return fail(design);
   auto run = BuildRun::plan(options, *design);
   if (!run) return fail(run);

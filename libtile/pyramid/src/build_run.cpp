@@ -8,6 +8,7 @@
 
 #include "nadir/base/progress.h"
 #include "nadir/base/text.h"
+#include "spooled_source.h"
 
 namespace nadir::pyramid {
 namespace fs = std::filesystem;
@@ -27,6 +28,11 @@ bool has_wide_blocks(const mosaic::Mosaic& mosaic, const LevelPlan& plan) {
   });
 }
 
+std::uint64_t unpacked_bytes(const mosaic::Source& source, const TexelType& type) {
+  return static_cast<std::uint64_t>(source.width()) * static_cast<std::uint64_t>(source.height()) *
+         (type.texel_bytes() + (type.mask ? 1 : 0));
+}
+
 Result<void> require_space(const fs::path& folder, std::uint64_t bytes, std::string_view what) {
   std::error_code error;
   const auto space = fs::space(folder, error);
@@ -38,7 +44,7 @@ Result<void> require_space(const fs::path& folder, std::uint64_t bytes, std::str
 
 }  // namespace
 
-BuildRun::BuildRun(const BuildOptions& options, const Design& design, TilePacker packer, int depth)
+BuildRun::BuildRun(const BuildOptions& options, Design& design, TilePacker packer, int depth)
     : options_(options),
       design_(design),
       packer_(std::move(packer)),
@@ -46,7 +52,7 @@ BuildRun::BuildRun(const BuildOptions& options, const Design& design, TilePacker
       table_(plan_, design.mosaic.type().data_bands(), design.mosaic.type().mask),
       engine_(design.mosaic, plan_, design.reduction, packer_, table_) {}
 
-Result<std::unique_ptr<BuildRun>> BuildRun::plan(const BuildOptions& options, const Design& design) {
+Result<std::unique_ptr<BuildRun>> BuildRun::plan(const BuildOptions& options, Design& design) {
   const TexelType& type = design.mosaic.type();
   std::unique_ptr<BuildRun> run;
   for (int depth = choose_depth(type, options.tile_size); depth > 0; --depth) {
@@ -105,6 +111,12 @@ std::vector<std::string> BuildRun::explain() const {
   lines.push_back(fmt::format("work: squares of {0} x {0} texels {1}, by {2} {3} with {4} each", side,
                               depth_first_ ? "depth first" : "row by row, since a source is stored in wide strips",
                               workers_, workers_ == 1 ? "thread" : "threads", format_bytes(engine_.worker_bytes())));
+  for (const mosaic::Layer& layer : layers)
+    if (must_be_spooled(layer))
+      lines.push_back(
+          fmt::format("{}: packed in strips wider than memory holds for a row of squares: unpacked to disk "
+                      "once, {}",
+                      layer.source->label(), format_bytes(unpacked_bytes(*layer.source, type))));
   if (in_place_)
     lines.push_back(fmt::format("disk: {}, tiles are written where they stay", format_bytes(raw_bytes())));
   else
@@ -263,6 +275,35 @@ std::vector<Chunk> BuildRun::own_part(std::vector<Chunk> chunks) const {
   return part;
 }
 
+/// Whether a row of chunks needs more of a source's wide blocks than can be kept.
+bool BuildRun::must_be_spooled(const mosaic::Layer& layer) const {
+  const mosaic::Window block = layer.source->block();
+  const std::int64_t side = std::int64_t{plan_.tile_size()} << plan_.depth();
+  if (layer.source->plain() || block.width <= side) return false;
+  const std::uint64_t rows = static_cast<std::uint64_t>(side + 2 * std::int64_t{block.height});
+  const std::uint64_t row_bytes = unpacked_bytes(*layer.source, design_.mosaic.sources().type) /
+                                  static_cast<std::uint64_t>(std::max<std::int64_t>(1, layer.source->height()));
+  return rows * row_bytes > options_.memory_bytes / 4;
+}
+
+Result<void> BuildRun::spool_sources() {
+  const auto& layers = design_.mosaic.layers();
+  const TexelType& type = design_.mosaic.sources().type;
+  for (std::size_t i = 0; i < layers.size(); ++i) {
+    if (!must_be_spooled(layers[i])) continue;
+    workspace_->keep();
+    if (const auto ok = require_space(workspace_->file(""), unpacked_bytes(*layers[i].source, type),
+                                      layers[i].source->label() + ", unpacked,");
+        !ok)
+      return ok;
+    auto spooled = SpooledSource::make(layers[i].source, type, workspace_->file(fmt::format("source{}", i)),
+                                       options_.memory_bytes / 4, options_.show_progress);
+    if (!spooled) return fail(spooled);
+    design_.mosaic.replace_source(i, std::move(*spooled));
+  }
+  return {};
+}
+
 Result<void> BuildRun::run_stages() {
   const TileSink sink = [this](const ChunkRecord& record, std::span<const std::byte> tiles) {
     return store(record, tiles);
@@ -286,7 +327,8 @@ Result<void> BuildRun::run_stages() {
 
 Result<void> BuildRun::make_tiles() {
   if (const auto ok = open_workspaces(); !ok) return ok;
-  auto done = run_stages();
+  auto done = options_.join > 0 ? Result<void>() : spool_sources();
+  if (done) done = run_stages();
   if (done) return done;
   const auto kept = workspace_->journal().appended() + kept_chunks_;
   if (kept == 0) return done;
@@ -340,7 +382,7 @@ void BuildRun::fill(BuildReport& report) const {
     report.empty_tiles += std::count(sizes.begin(), sizes.end(), 0u);
   }
   for (const mosaic::Layer& layer : design_.mosaic.layers()) {
-    if (layer.source->plain()) continue;
+    if (layer.source->blocks_decoded() == 0) continue;
     report.source_blocks += layer.source->blocks();
     report.blocks_decoded += layer.source->blocks_decoded();
   }

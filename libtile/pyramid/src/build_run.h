@@ -18,7 +18,7 @@ namespace nadir::pyramid {
 class BuildRun {
  public:
   /// `options` and `design` outlive it. OverBudget where a chunk does not fit into the memory allowed.
-  static Result<std::unique_ptr<BuildRun>> plan(const BuildOptions& options, const Design& design);
+  static Result<std::unique_ptr<BuildRun>> plan(const BuildOptions& options, Design& design);
 
   /// How it is done, a line a step.
   std::vector<std::string> explain() const;
@@ -36,12 +36,14 @@ class BuildRun {
   std::filesystem::path folder() const;  // of what is kept
 
  private:
-  BuildRun(const BuildOptions& options, const Design& design, TilePacker packer, int depth);
+  BuildRun(const BuildOptions& options, Design& design, TilePacker packer, int depth);
   std::uint64_t raw_bytes() const;  // of all levels
   Result<BuildIdentity> identity() const;
   Result<void> open_workspaces();
   Result<void> open_shards(const BuildIdentity& identity);
   Result<void> lay_out_in_place();
+  bool must_be_spooled(const mosaic::Layer& layer) const;
+  Result<void> spool_sources();
   Result<void> run_stages();
   std::vector<Chunk> own_part(std::vector<Chunk> chunks) const;
   Result<std::uint64_t> store(const ChunkRecord& record, std::span<const std::byte> tiles);
@@ -49,7 +51,7 @@ class BuildRun {
   Result<tiff::CogArrangement> arrange(const tiff::CogImage& image, std::span<const tiff::TileSizes> sizes) const;
 
   const BuildOptions& options_;
-  const Design& design_;
+  Design& design_;
   const TilePacker packer_;
   const LevelPlan plan_;
   TileTable table_;

@@ -104,10 +104,7 @@ bool unpack(std::span<const std::byte> bytes, ChunkRecord& record) {
 }  // namespace
 
 Journal::Journal(Journal&& other) noexcept
-    : file_(std::move(other.file_)),
-      records_(std::move(other.records_)),
-      was_of_another_build_(other.was_of_another_build_),
-      end_(other.end_) {}
+    : file_(std::move(other.file_)), records_(std::move(other.records_)), is_new_(other.is_new_), end_(other.end_) {}
 
 Result<BuildIdentity> Journal::identity(const DiskFile& file) {
   Header header;
@@ -119,14 +116,12 @@ Result<BuildIdentity> Journal::identity(const DiskFile& file) {
 
 Result<Journal> Journal::open(DiskFile file, const BuildIdentity& identity) {
   Journal journal(std::move(file));
-  const auto size = journal.file_.size();
-  if (!size) return fail(size);
   journal.end_ = sizeof(Header);
   if (const auto before = Journal::identity(journal.file_); before && *before == identity) {
     if (const auto ok = journal.read_records(); !ok) return fail(ok);
     return journal;
   }
-  journal.was_of_another_build_ = *size > 0;
+  journal.is_new_ = true;
   if (const auto ok = journal.file_.resize(0); !ok) return fail(ok);
   const Header header = header_of(identity);
   if (const auto ok = journal.file_.write(0, std::as_bytes(std::span(&header, 1))); !ok) return fail(ok);

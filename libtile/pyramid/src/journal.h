@@ -51,7 +51,7 @@ class Journal {
   static Result<BuildIdentity> identity(const DiskFile& file);
 
   const std::vector<ChunkRecord>& records() const { return records_; }  // as they were when it was opened
-  bool was_of_another_build() const { return was_of_another_build_; }
+  bool is_new() const { return is_new_; }                               // there was none, or of another build
   void forget_records() { records_ = {}; }
 
   Result<void> append(const ChunkRecord& record);
@@ -63,7 +63,7 @@ class Journal {
 
   DiskFile file_;
   std::vector<ChunkRecord> records_;
-  bool was_of_another_build_ = false;
+  bool is_new_ = false;
   std::mutex mutex_;  // guards end_ and the order of what is appended
   std::uint64_t end_ = 0;
   std::atomic<std::int64_t> appended_{0};

@@ -23,11 +23,11 @@ Result<std::unique_ptr<Workspace>> Workspace::open(const fs::path& folder, const
   if (!file) return fail(file);
   auto journal = Journal::open(std::move(*file), identity);
   if (!journal) return fail(journal);
-  const bool fresh = journal->records().empty();
+  const bool is_new = journal->is_new();
   space->journal_.emplace(std::move(*journal));
   space->identity_ = identity;
   // Files of an earlier attempt that is of no use
-  if (fresh)
+  if (is_new)
     for (const auto& entry : fs::directory_iterator(folder, error))
       if (entry.path().filename() != "journal" && entry.path().filename() != "lock") fs::remove(entry.path(), error);
   if (const auto ok = space->open_spool(); !ok) return fail(ok);

@@ -42,6 +42,9 @@ class Mosaic {
   const Sources& sources() const { return sources_; }
   const std::vector<std::string>& warnings() const { return warnings_; }
 
+  /// Reads layer `i` from `source` from now on, which holds the same texels.
+  void replace_source(std::size_t i, std::shared_ptr<const Source> source) { layers_[i].source = std::move(source); }
+
   /// Whether any source reaches into `window`.
   bool reaches(const Window& window) const;
 
