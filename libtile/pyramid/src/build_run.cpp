@@ -129,12 +129,10 @@ std::vector<std::string> BuildRun::explain() const {
 Result<BuildIdentity> BuildRun::identity() const {
   const auto image = describe_file(design_, options_, packer_, plan_.sizes(), nullptr);
   if (!image) return fail(image);
-  const std::uint64_t room = tiff::header_bytes(*image, true, 0);
-  std::string text =
-      fmt::format("1 {} {} {} {} {} {} {} {} {} {} {}", design_.mosaic.width(), design_.mosaic.height(),
-                  describe(design_.reduction), to_string(options_.compression), options_.level.value_or(0),
-                  static_cast<int>(packer_.imagery_format().predictor), options_.quality.value_or(0),
-                  options_.subsample_chroma, options_.max_error, options_.tolerance_texels, room);
+  std::string text = fmt::format(
+      "1 {} {} {} {} {} {} {} {} {} {}", design_.mosaic.width(), design_.mosaic.height(), describe(design_.reduction),
+      to_string(options_.compression), options_.level.value_or(0), static_cast<int>(packer_.imagery_format().predictor),
+      options_.quality.value_or(0), options_.subsample_chroma, options_.max_error, options_.tolerance_texels);
   for (const auto& fields : {image->fields, image->shared_fields})
     for (const tiff::NewField& field : fields)
       text.append(reinterpret_cast<const char*>(field.values.data()), field.values.size());
@@ -208,23 +206,20 @@ Result<void> BuildRun::open_shards(const BuildIdentity& identity) {
   return {};
 }
 
-Result<tiff::CogArrangement> BuildRun::arrange(const tiff::CogImage& image,
-                                               std::span<const tiff::TileSizes> sizes) const {
-  // The same room in every case, so that the file does not tell how it was made.
-  const auto plain = describe_file(design_, options_, packer_, plan_.sizes(), nullptr);
-  if (!plain) return fail(plain);
+/// The same room for statistics in every case, so that the file does not tell how it was made.
+Result<tiff::CogArrangement> BuildRun::arrange(std::span<const tiff::TileSizes> sizes) const {
+  const auto image = describe_file(design_, options_, packer_, plan_.sizes(), nullptr);
+  if (!image) return fail(image);
   const std::uint64_t spare = statistics_room * static_cast<std::uint64_t>(design_.mosaic.type().bands);
-  return tiff::arrange(image, sizes, table_.losses(), tiff::header_bytes(*plain, true, spare));
+  return tiff::arrange(*image, sizes, table_.losses(), spare);
 }
 
 Result<void> BuildRun::lay_out_in_place() {
-  const auto image = describe_file(design_, options_, packer_, plan_.sizes(), nullptr);
-  if (!image) return fail(image);
   std::vector<tiff::TileSizes> sizes = table_.sizes();
   for (tiff::TileSizes& level : sizes)
     std::fill(level.imagery.begin(), level.imagery.end(),
               static_cast<std::uint32_t>(packer_.imagery_format().tile_bytes()));
-  auto arrangement = arrange(*image, sizes);
+  auto arrangement = arrange(sizes);
   if (!arrangement) return fail(arrangement);
   arrangement_ = std::move(*arrangement);
   auto map = DiskFile::open(workspace_->file("map.tif"));
@@ -341,7 +336,7 @@ Result<fs::path> BuildRun::put_together() {
   const auto image = describe_file(design_, options_, packer_, plan_.sizes(), &engine_.statistics());
   if (!image) return fail(image);
   if (!in_place_) {
-    auto arrangement = arrange(*image, table_.sizes());
+    auto arrangement = arrange(table_.sizes());
     if (!arrangement) return fail(arrangement);
     arrangement_ = std::move(*arrangement);
     if (const auto ok = require_space(workspace_->file(""), arrangement_.file_bytes, "putting tiles in order"); !ok)

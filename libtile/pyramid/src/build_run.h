@@ -48,7 +48,7 @@ class BuildRun {
   std::vector<Chunk> own_part(std::vector<Chunk> chunks) const;
   Result<std::uint64_t> store(const ChunkRecord& record, std::span<const std::byte> tiles);
   Result<void> check_space_left();
-  Result<tiff::CogArrangement> arrange(const tiff::CogImage& image, std::span<const tiff::TileSizes> sizes) const;
+  Result<tiff::CogArrangement> arrange(std::span<const tiff::TileSizes> sizes) const;
 
   const BuildOptions& options_;
   Design& design_;

@@ -43,6 +43,7 @@ struct TileFormat {
   Codec codec = Codec::None;
   Predictor predictor = Predictor::None;
   Photometric photometric = Photometric::MinIsBlack;
+  std::uint8_t chroma_step = 1;  // texels to a colour difference of YCbCr, on both axes: 1 or 2. Tiles tell it too.
   std::vector<std::byte> jpeg_tables;  // shared by all tiles; may be empty
   int lerc_packing = 0;                // of LERC's blobs: 0 none, 1 DEFLATE, 2 Zstandard
 
