@@ -17,8 +17,9 @@ namespace nadir::pyramid {
 namespace {
 
 tl::unexpected<Error> failed(const std::filesystem::path& path, std::string_view what, int error) {
-  if (error == ENOSPC || error == EDQUOT)
-    return fail(Error::Kind::Io, fmt::format("{}: {} failed: the disk is full", path.string(), what));
+  if (error == ENOSPC || error == EDQUOT || error == EFBIG)
+    return fail(Error::Kind::Io,
+                fmt::format("{}: {} failed: {}; is the disk full?", path.string(), what, std::strerror(error)));
   return fail(Error::Kind::Io, fmt::format("{}: {} failed: {}", path.string(), what, std::strerror(error)));
 }
 
