@@ -1,0 +1,409 @@
+#include "reduction.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+
+#include "box.h"
+#include "validity.h"
+
+namespace nadir::pyramid {
+namespace {
+
+/// Whole numbers of 64 bits need more than a double to be averaged exactly.
+template <class T>
+using Mean = std::conditional_t<std::is_integral_v<T> && sizeof(T) == 8, long double, double>;
+
+/// The sample nearest to a mean, halves up, within the type and never nodata.
+template <class T>
+T to_sample(Mean<T> mean, const Validity<T>& validity) {
+  T sample;
+  if constexpr (std::is_integral_v<T>) {
+    const Mean<T> rounded = std::floor(mean + Mean<T>(0.5));
+    if (rounded <= static_cast<Mean<T>>(std::numeric_limits<T>::lowest()))
+      sample = std::numeric_limits<T>::lowest();
+    else if (rounded >= static_cast<Mean<T>>(std::numeric_limits<T>::max()))
+      sample = std::numeric_limits<T>::max();
+    else
+      sample = static_cast<T>(rounded);
+  } else {
+    const Mean<T> most = static_cast<Mean<T>>(std::numeric_limits<T>::max());
+    sample = static_cast<T>(std::clamp(mean, -most, most));
+  }
+  if (!validity.has_nodata() || sample != validity.nodata()) return sample;
+  // A hole would be wrong by more than one step.
+  if constexpr (std::is_integral_v<T>) {
+    const bool down = mean < static_cast<Mean<T>>(sample) ? sample > std::numeric_limits<T>::lowest()
+                                                          : sample == std::numeric_limits<T>::max();
+    return static_cast<T>(down ? sample - 1 : sample + 1);
+  } else {
+    return std::nextafter(sample, mean < sample ? std::numeric_limits<T>::lowest() : std::numeric_limits<T>::max());
+  }
+}
+
+/// A valid sample with its weight.
+template <class T>
+struct Weighted {
+  T sample;
+  Mean<T> weight;
+};
+
+template <class T>
+Mean<T> weighted_mean(std::span<const Weighted<T>> samples) {
+  Mean<T> sum = 0, total = 0;
+  for (const auto& [sample, weight] : samples) {
+    sum += weight * static_cast<Mean<T>>(sample);
+    total += weight;
+  }
+  return sum / total;
+}
+
+/// 10 log10 of the mean of the powers of ten that decibels stand for. Relative to the greatest, so that nothing
+/// overflows, and equal values give exactly that value.
+template <class T>
+Mean<T> mean_of_power(std::span<const Weighted<T>> samples, double scale, double offset) {
+  double greatest = -std::numeric_limits<double>::infinity(), least = -greatest;
+  for (const auto& s : samples) {
+    const double decibels = static_cast<double>(s.sample) * scale + offset;
+    greatest = std::max(greatest, decibels);
+    least = std::min(least, decibels);
+  }
+  double sum = 0, total = 0;
+  for (const auto& s : samples) {
+    sum += static_cast<double>(s.weight) *
+           std::pow(10.0, (static_cast<double>(s.sample) * scale + offset - greatest) / 10);
+    total += static_cast<double>(s.weight);
+  }
+  // Negative lobes may leave no power: there is not less than the least.
+  const double mean = sum > 0 ? std::max(least, greatest + 10 * std::log10(sum / total)) : least;
+  return (mean - offset) / scale;
+}
+
+/// The value with the greatest weight; the least of those.
+template <class T>
+T mode(std::span<const Weighted<T>> samples) {
+  T best{};
+  Mean<T> most = -1;
+  for (const auto& candidate : samples) {
+    Mean<T> weight = 0;
+    for (const auto& other : samples)
+      if (other.sample == candidate.sample) weight += other.weight;
+    // Sums of the same fractions in another order may differ in their last bits.
+    const bool heavier = weight > most + Mean<T>(1e-9), alike = weight > most - Mean<T>(1e-9);
+    if (heavier || (alike && candidate.sample < best)) {
+      best = candidate.sample;
+      most = std::max(most, weight);
+    }
+  }
+  return best;
+}
+
+/// Reduces one window.
+///
+/// Texels all of whose samples count are filtered along columns, then along rows; all others one by one, with what
+/// counts. Which way a texel goes depends on its own samples alone.
+template <class T>
+class WindowReducer {
+ public:
+  WindowReducer(const TexelType& type, const Reduction& reduction, const Block& fine, Block& coarse,
+                std::vector<Taps> columns, std::vector<Taps> rows)
+      : type_(type),
+        reduction_(reduction),
+        validity_(type),
+        fine_(fine),
+        coarse_(coarse),
+        columns_(std::move(columns)),
+        rows_(std::move(rows)),
+        bands_(static_cast<std::size_t>(type.bands)) {}
+
+  void run() {
+    const bool separable =
+        !reduction_.power && (reduction_.filter == Filter::Box || reduction_.filter == Filter::Gaussian ||
+                              reduction_.filter == Filter::Lanczos);
+    const Window& window = coarse_.window();
+    std::vector<std::uint8_t> whole(static_cast<std::size_t>(window.width), 0);
+    for (std::int32_t row = 0; row < window.height; ++row) {
+      const Taps& taps = rows_[static_cast<std::size_t>(row)];
+      if (separable) {
+        filter_row(taps, row);
+        find_whole(taps, whole);
+      }
+      for (std::int32_t col = 0; col < window.width; ++col)
+        if (!whole[static_cast<std::size_t>(col)]) reduce_texel(col, row);
+      if (coarse_.masked() && separable)
+        for (std::int32_t col = 0; col < window.width; ++col)
+          if (whole[static_cast<std::size_t>(col)]) coarse_.valid_row(window.y + row)[col] = 255;
+    }
+  }
+
+ private:
+  struct FilteredRow {
+    std::int32_t y = -1;
+    std::vector<Mean<T>> means;  // of each coarser column and band
+    std::vector<std::uint8_t> whole;
+  };
+
+  /// A row of the finer level, filtered along its columns; kept as long as the next rows need it.
+  const FilteredRow& filtered(std::int32_t y) {
+    FilteredRow& row = filtered_[static_cast<std::size_t>(y) % filtered_.size()];
+    if (row.y == y) return row;
+    row.y = y;
+    row.means.resize(columns_.size() * bands_);
+    row.whole.assign(columns_.size(), 1);
+    const Window& window = fine_.window();
+    const T* samples = samples_at<T>(fine_, type_, window.x, y);
+    if (!validity_.always()) {
+      texel_whole_.resize(static_cast<std::size_t>(window.width));
+      const std::uint8_t* valid = valid_at(fine_, window.x, y);
+      for (std::int32_t x = 0; x < window.width; ++x)
+        texel_whole_[static_cast<std::size_t>(x)] =
+            validity_.whole(samples + static_cast<std::size_t>(x) * bands_, valid ? valid + x : nullptr);
+    }
+    for (std::size_t col = 0; col < columns_.size(); ++col) {
+      const Taps& taps = columns_[col];
+      const auto first = static_cast<std::size_t>(taps.first - window.x);
+      Mean<T>* means = row.means.data() + col * bands_;
+      for (std::size_t b = 0; b < bands_; ++b) {
+        const T* from = samples + first * bands_ + b;
+        Mean<T> mean = 0;
+        for (std::size_t k = 0; k < taps.weights.size(); ++k, from += bands_)
+          mean += static_cast<Mean<T>>(taps.weights[k]) * static_cast<Mean<T>>(*from);
+        means[b] = mean;
+      }
+      if (!validity_.always())
+        for (std::size_t k = 0; k < taps.weights.size(); ++k) row.whole[col] &= texel_whole_[first + k];
+    }
+    return row;
+  }
+
+  void filter_row(const Taps& taps, std::int32_t row) {
+    const std::size_t samples = columns_.size() * bands_;
+    sums_.assign(samples, 0);
+    for (std::size_t k = 0; k < taps.weights.size(); ++k) {
+      const FilteredRow& from = filtered(taps.first + static_cast<std::int32_t>(k));
+      const auto weight = static_cast<Mean<T>>(taps.weights[k]);
+      for (std::size_t i = 0; i < samples; ++i) sums_[i] += weight * from.means[i];
+    }
+    T* out = reinterpret_cast<T*>(coarse_.row(coarse_.window().y + row));
+    for (std::size_t i = 0; i < samples; ++i) out[i] = to_sample<T>(sums_[i], validity_);
+  }
+
+  void find_whole(const Taps& taps, std::vector<std::uint8_t>& whole) {
+    std::fill(whole.begin(), whole.end(), std::uint8_t{1});
+    if (validity_.always()) return;
+    for (std::size_t k = 0; k < taps.weights.size(); ++k) {
+      const FilteredRow& from = filtered(taps.first + static_cast<std::int32_t>(k));
+      for (std::size_t col = 0; col < whole.size(); ++col) whole[col] &= from.whole[col];
+    }
+  }
+
+  T value_of(std::size_t band, std::span<const Weighted<T>> samples) const {
+    if (reduction_.filter == Filter::Nearest) return samples.front().sample;
+    if (reduction_.filter == Filter::Mode) return mode<T>(samples);
+    if (!reduction_.power) return to_sample<T>(weighted_mean<T>(samples), validity_);
+    const double scale = reduction_.scale.empty() ? 1 : reduction_.scale[band];
+    const double offset = reduction_.offset.empty() ? 0 : reduction_.offset[band];
+    return to_sample<T>(mean_of_power<T>(samples, scale, offset), validity_);
+  }
+
+  /// One texel from what counts of its samples.
+  void reduce_texel(std::int32_t col, std::int32_t row) {
+    const Taps& across = columns_[static_cast<std::size_t>(col)];
+    const Taps& down = rows_[static_cast<std::size_t>(row)];
+    const auto data_bands = static_cast<std::size_t>(type_.data_bands());
+    const Window& window = coarse_.window();
+    T* out = reinterpret_cast<T*>(coarse_.row(window.y + row)) + static_cast<std::size_t>(col) * bands_;
+    bool any = false;
+    for (std::size_t b = 0; b < data_bands; ++b) {
+      gathered_.clear();
+      for (std::size_t j = 0; j < down.weights.size(); ++j) {
+        const std::int32_t y = down.first + static_cast<std::int32_t>(j);
+        const T* texel = samples_at<T>(fine_, type_, across.first, y);
+        const std::uint8_t* valid = valid_at(fine_, across.first, y);
+        for (std::size_t i = 0; i < across.weights.size(); ++i, texel += bands_, valid += valid ? 1 : 0) {
+          if (!validity_.texel(texel, valid) || !validity_.sample(texel[b])) continue;
+          auto weight = static_cast<Mean<T>>(down.weights[j] * across.weights[i]);
+          if (type_.alpha && reduction_.filter != Filter::Mode)
+            weight *= static_cast<Mean<T>>(texel[data_bands]) / static_cast<Mean<T>>(Validity<T>::opaque());
+          if (weight != 0) gathered_.push_back({texel[b], weight});
+        }
+      }
+      // Negative lobes alone are no mean.
+      Mean<T> total = 0;
+      for (const auto& s : gathered_) total += s.weight;
+      const bool valid = !gathered_.empty() && total > Mean<T>(1e-9);
+      out[b] = valid ? value_of(b, gathered_) : nothing();
+      any |= valid;
+    }
+    if (type_.alpha) out[data_bands] = any ? opacity(across, down) : T{};
+    if (type_.alpha && out[data_bands] == T{}) std::fill_n(out, data_bands, nothing());
+    if (coarse_.masked()) coarse_.valid_row(window.y + row)[col] = any ? 255 : 0;
+  }
+
+  /// Half a texel is half opaque.
+  T opacity(const Taps& across, const Taps& down) {
+    gathered_.clear();
+    for (std::size_t j = 0; j < down.weights.size(); ++j) {
+      const T* texel = samples_at<T>(fine_, type_, across.first, down.first + static_cast<std::int32_t>(j));
+      for (std::size_t i = 0; i < across.weights.size(); ++i, texel += bands_)
+        gathered_.push_back({texel[type_.data_bands()], static_cast<Mean<T>>(down.weights[j] * across.weights[i])});
+    }
+    if (reduction_.filter == Filter::Mode) return mode<T>(gathered_);
+    return to_sample<T>(
+        std::clamp<Mean<T>>(weighted_mean<T>(gathered_), 0, static_cast<Mean<T>>(Validity<T>::opaque())), validity_);
+  }
+
+  T nothing() const {
+    if (validity_.has_nodata()) return validity_.nodata();
+    const bool nan = type_.nodata.has_value() || (!type_.mask && !type_.alpha);
+    return std::is_floating_point_v<T> && nan ? std::numeric_limits<T>::quiet_NaN() : T{};
+  }
+
+  const TexelType& type_;
+  const Reduction& reduction_;
+  const Validity<T> validity_;
+  const Block& fine_;
+  Block& coarse_;
+  const std::vector<Taps> columns_, rows_;
+  const std::size_t bands_;
+  std::array<FilteredRow, 16> filtered_;  // more than any filter reaches over
+  std::vector<Mean<T>> sums_;
+  std::vector<std::uint8_t> texel_whole_;
+  std::vector<Weighted<T>> gathered_;
+};
+
+/// Whether all samples of a window count in full.
+template <class T>
+bool is_whole(const TexelType& type, const Block& block, const Window& window) {
+  const Validity<T> validity(type);
+  if (validity.always()) return true;
+  for (std::int32_t y = window.y; y < window.y + window.height; ++y) {
+    const T* texel = samples_at<T>(block, type, window.x, y);
+    const std::uint8_t* valid = valid_at(block, window.x, y);
+    for (std::int32_t x = 0; x < window.width; ++x, texel += type.bands, valid += valid ? 1 : 0)
+      if (!validity.whole(texel, valid)) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+Window Reducer::needed(const Window& coarse) const {
+  const auto reach = [&](std::int32_t fine, std::int32_t size, std::int32_t begin, std::int32_t end) {
+    const auto first = taps(reduction_.filter, fine, size, begin, begin + 1).front();
+    const auto last = taps(reduction_.filter, fine, size, end - 1, end).front();
+    return std::pair(first.first, last.first + static_cast<std::int32_t>(last.weights.size()));
+  };
+  const auto [left, right] = reach(fine_.width, coarse_.width, coarse.x, coarse.x + coarse.width);
+  const auto [top, bottom] = reach(fine_.height, coarse_.height, coarse.y, coarse.y + coarse.height);
+  return {left, top, right - left, bottom - top};
+}
+
+/// The coarser sample in which a finer one's centre lies.
+static std::int32_t parent(std::int32_t fine, std::int32_t coarse, std::int32_t i) {
+  return static_cast<std::int32_t>((2 * std::int64_t{i} + 1) * coarse / (2 * std::int64_t{fine}));
+}
+
+Window Reducer::parents(const Window& fine) const {
+  const std::int32_t x = parent(fine_.width, coarse_.width, fine.x), y = parent(fine_.height, coarse_.height, fine.y);
+  return {x, y, parent(fine_.width, coarse_.width, fine.x + fine.width - 1) + 1 - x,
+          parent(fine_.height, coarse_.height, fine.y + fine.height - 1) + 1 - y};
+}
+
+bool Reducer::is_plain_box() const {
+  return reduction_.filter == Filter::Box && !reduction_.power && fine_.width == 2 * coarse_.width &&
+         fine_.height == 2 * coarse_.height;
+}
+
+void Reducer::reduce(const Block& fine, Block& coarse) const {
+  const Window& window = coarse.window();
+  tiff::with_sample(type_.sample, [&]<class T>(T) {
+    if constexpr (std::is_integral_v<T> && sizeof(T) <= 2) {
+      if (is_plain_box() && !type_.nodata && is_whole<T>(type_, fine, needed(window))) {
+        for (std::int32_t y = window.y; y < window.y + window.height; ++y) {
+          const T* top = samples_at<T>(fine, type_, 2 * window.x, 2 * y);
+          const T* bottom = samples_at<T>(fine, type_, 2 * window.x, 2 * y + 1);
+          T* out = reinterpret_cast<T*>(coarse.row(y));
+          const auto texels = static_cast<std::size_t>(window.width), bands = static_cast<std::size_t>(type_.bands);
+          if constexpr (std::is_same_v<T, std::uint8_t>)
+            average_2x2(top, bottom, out, texels, bands);
+          else
+            scalar::average_2x2(top, bottom, out, texels, bands);
+          if (coarse.masked()) std::memset(coarse.valid_row(y), 255, texels);
+        }
+        return;
+      }
+    }
+    WindowReducer<T>(type_, reduction_, fine, coarse,
+                     taps(reduction_.filter, fine_.width, coarse_.width, window.x, window.x + window.width),
+                     taps(reduction_.filter, fine_.height, coarse_.height, window.y, window.y + window.height))
+        .run();
+  });
+}
+
+void Reducer::loss(const Block& fine, const Window& tile, const Block& coarse, std::span<float> loss) const {
+  tiff::with_sample(type_.sample, [&]<class T>(T) {
+    const Validity<T> validity(type_);
+    const auto bands = static_cast<std::size_t>(type_.bands);
+    const std::size_t samples = static_cast<std::size_t>(tile.width) * bands;
+    static thread_local std::vector<std::size_t> parent_at;
+    static thread_local std::vector<T> parent_row;
+    static thread_local std::vector<double> squares;
+    static thread_local std::vector<std::uint32_t> byte_squares;
+    parent_at.resize(samples);
+    parent_row.resize(samples);
+    for (std::size_t x = 0; x < static_cast<std::size_t>(tile.width); ++x) {
+      const std::int32_t p = parent(fine_.width, coarse_.width, tile.x + static_cast<std::int32_t>(x));
+      for (std::size_t b = 0; b < bands; ++b)
+        parent_at[x * bands + b] = static_cast<std::size_t>(p - coarse.window().x) * bands + b;
+    }
+    const bool whole = is_whole<T>(type_, fine, tile);
+    std::vector<std::uint64_t> counts(
+        loss.size(), whole ? static_cast<std::uint64_t>(tile.width) * static_cast<std::uint64_t>(tile.height) : 0);
+    squares.assign(samples, 0);
+    byte_squares.assign(samples, 0);
+    std::int32_t parent_y = -1;
+    for (std::int32_t y = tile.y; y < tile.y + tile.height; ++y) {
+      if (const std::int32_t p = parent(fine_.height, coarse_.height, y); p != parent_y) {
+        parent_y = p;
+        const T* from = reinterpret_cast<const T*>(coarse.row(p));
+        for (std::size_t i = 0; i < samples; ++i) parent_row[i] = from[parent_at[i]];
+      }
+      const T* row = samples_at<T>(fine, type_, tile.x, y);
+      if constexpr (sizeof(T) == 1) {
+        if (whole) {  // at most 1024 rows of at most 255^2
+          for (std::size_t i = 0; i < samples; ++i) {
+            const int d = row[i] - parent_row[i];
+            byte_squares[i] += static_cast<std::uint32_t>(d * d);
+          }
+          continue;
+        }
+      }
+      if (whole) {
+        for (std::size_t i = 0; i < samples; ++i) {
+          const double d = static_cast<double>(row[i]) - static_cast<double>(parent_row[i]);
+          squares[i] += d * d;
+        }
+        continue;
+      }
+      const std::uint8_t* valid = valid_at(fine, tile.x, y);
+      for (std::size_t x = 0; x < samples; x += bands, valid += valid ? 1 : 0) {
+        if (!validity.texel(row + x, valid)) continue;
+        for (std::size_t b = 0; b < loss.size(); ++b) {
+          if (!validity.sample(row[x + b]) || !validity.sample(parent_row[x + b])) continue;
+          const double d = static_cast<double>(row[x + b]) - static_cast<double>(parent_row[x + b]);
+          squares[x + b] += d * d;
+          ++counts[b];
+        }
+      }
+    }
+    for (std::size_t b = 0; b < loss.size(); ++b) {
+      double sum = 0;
+      for (std::size_t i = b; i < samples; i += bands) sum += squares[i] + byte_squares[i];
+      loss[b] = counts[b] == 0 ? 0.0f : static_cast<float>(std::sqrt(sum / static_cast<double>(counts[b])));
+    }
+  });
+}
+
+}  // namespace nadir::pyramid
