@@ -56,7 +56,8 @@ struct TileFormat {
 struct Directory {
   std::uint32_t width = 0, height = 0;  // texels, both below 2^31
   TileFormat format;
-  bool reduced = false, mask = false;        // bits 0 and 2 of NewSubfileType
+  bool reduced = false, mask = false;  // bits 0 and 2 of NewSubfileType
+  bool strips = false;  // tiles as wide as the image, of which the last ends with it: its height is what is left
   std::vector<std::uint16_t> extra_samples;  // what the samples beyond the colours are; 1, 2: alpha
   ArrayPlace offsets, byte_counts;
   std::vector<Field> fields;
