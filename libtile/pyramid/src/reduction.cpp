@@ -6,41 +6,12 @@
 #include <cstring>
 
 #include "box.h"
-#include "validity.h"
+#include "nadir/mosaic/validity.h"
 
 namespace nadir::pyramid {
 namespace {
 
-/// Whole numbers of 64 bits need more than a double to be averaged exactly.
-template <class T>
-using Mean = std::conditional_t<std::is_integral_v<T> && sizeof(T) == 8, long double, double>;
-
-/// The sample nearest to a mean, halves up, within the type and never nodata.
-template <class T>
-T to_sample(Mean<T> mean, const Validity<T>& validity) {
-  T sample;
-  if constexpr (std::is_integral_v<T>) {
-    const Mean<T> rounded = std::floor(mean + Mean<T>(0.5));
-    if (rounded <= static_cast<Mean<T>>(std::numeric_limits<T>::lowest()))
-      sample = std::numeric_limits<T>::lowest();
-    else if (rounded >= static_cast<Mean<T>>(std::numeric_limits<T>::max()))
-      sample = std::numeric_limits<T>::max();
-    else
-      sample = static_cast<T>(rounded);
-  } else {
-    const Mean<T> most = static_cast<Mean<T>>(std::numeric_limits<T>::max());
-    sample = static_cast<T>(std::clamp(mean, -most, most));
-  }
-  if (!validity.has_nodata() || sample != validity.nodata()) return sample;
-  // A hole would be wrong by more than one step.
-  if constexpr (std::is_integral_v<T>) {
-    const bool down = mean < static_cast<Mean<T>>(sample) ? sample > std::numeric_limits<T>::lowest()
-                                                          : sample == std::numeric_limits<T>::max();
-    return static_cast<T>(down ? sample - 1 : sample + 1);
-  } else {
-    return std::nextafter(sample, mean < sample ? std::numeric_limits<T>::lowest() : std::numeric_limits<T>::max());
-  }
-}
+using mosaic::Mean, mosaic::Validity, mosaic::samples_at, mosaic::to_sample, mosaic::valid_at;
 
 /// A valid sample with its weight.
 template <class T>
@@ -287,6 +258,11 @@ bool is_whole(const TexelType& type, const Block& block, const Window& window) {
   return true;
 }
 
+/// The coarser sample in which a finer one's centre lies.
+std::int32_t parent(std::int32_t fine, std::int32_t coarse, std::int32_t i) {
+  return static_cast<std::int32_t>((2 * std::int64_t{i} + 1) * coarse / (2 * std::int64_t{fine}));
+}
+
 }  // namespace
 
 Window Reducer::needed(const Window& coarse) const {
@@ -298,11 +274,6 @@ Window Reducer::needed(const Window& coarse) const {
   const auto [left, right] = reach(fine_.width, coarse_.width, coarse.x, coarse.x + coarse.width);
   const auto [top, bottom] = reach(fine_.height, coarse_.height, coarse.y, coarse.y + coarse.height);
   return {left, top, right - left, bottom - top};
-}
-
-/// The coarser sample in which a finer one's centre lies.
-static std::int32_t parent(std::int32_t fine, std::int32_t coarse, std::int32_t i) {
-  return static_cast<std::int32_t>((2 * std::int64_t{i} + 1) * coarse / (2 * std::int64_t{fine}));
 }
 
 Window Reducer::parents(const Window& fine) const {

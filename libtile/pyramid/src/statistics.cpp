@@ -2,10 +2,12 @@
 
 #include <algorithm>
 
-#include "validity.h"
+#include "nadir/mosaic/validity.h"
 
 namespace nadir::pyramid {
 namespace {
+
+using mosaic::Validity, mosaic::samples_at, mosaic::valid_at;
 
 /// Bytes and 16-bit integers that are all valid: sums are whole numbers, and go column by column, which is fast.
 template <class T>

@@ -1,18 +1,20 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <type_traits>
 
 #include "nadir/mosaic/block.h"
 
-namespace nadir::pyramid {
+namespace nadir::mosaic {
 
 /// What of a texel of type T counts.
 template <class T>
 class Validity {
  public:
-  explicit Validity(const mosaic::TexelType& type)
+  explicit Validity(const TexelType& type)
       : bands_(type.bands), data_bands_(type.data_bands()), mask_(type.mask), alpha_(type.alpha) {
     if (!type.nodata || std::isnan(*type.nodata)) return;
     // A value that the type cannot hold is no sample's.
@@ -67,14 +69,45 @@ class Validity {
   T nodata_{};
 };
 
+/// Whole numbers of 64 bits need more than a double to be averaged exactly.
+template <class T>
+using Mean = std::conditional_t<std::is_integral_v<T> && sizeof(T) == 8, long double, double>;
+
+/// The sample nearest to a mean, halves up, within the type and never nodata.
+template <class T>
+T to_sample(Mean<T> mean, const Validity<T>& validity) {
+  T sample;
+  if constexpr (std::is_integral_v<T>) {
+    const Mean<T> rounded = std::floor(mean + Mean<T>(0.5));
+    if (rounded <= static_cast<Mean<T>>(std::numeric_limits<T>::lowest()))
+      sample = std::numeric_limits<T>::lowest();
+    else if (rounded >= static_cast<Mean<T>>(std::numeric_limits<T>::max()))
+      sample = std::numeric_limits<T>::max();
+    else
+      sample = static_cast<T>(rounded);
+  } else {
+    const Mean<T> most = static_cast<Mean<T>>(std::numeric_limits<T>::max());
+    sample = static_cast<T>(std::clamp(mean, -most, most));
+  }
+  if (!validity.has_nodata() || sample != validity.nodata()) return sample;
+  // A hole would be wrong by more than one step.
+  if constexpr (std::is_integral_v<T>) {
+    const bool down = mean < static_cast<Mean<T>>(sample) ? sample > std::numeric_limits<T>::lowest()
+                                                          : sample == std::numeric_limits<T>::max();
+    return static_cast<T>(down ? sample - 1 : sample + 1);
+  } else {
+    return std::nextafter(sample, mean < sample ? std::numeric_limits<T>::lowest() : std::numeric_limits<T>::max());
+  }
+}
+
 /// A row of a block from column `x` on.
 template <class T>
-const T* samples_at(const mosaic::Block& block, const mosaic::TexelType& type, std::int32_t x, std::int32_t y) {
+const T* samples_at(const Block& block, const TexelType& type, std::int32_t x, std::int32_t y) {
   return reinterpret_cast<const T*>(block.row(y)) +
          static_cast<std::size_t>(x - block.window().x) * static_cast<std::size_t>(type.bands);
 }
-inline const std::uint8_t* valid_at(const mosaic::Block& block, std::int32_t x, std::int32_t y) {
+inline const std::uint8_t* valid_at(const Block& block, std::int32_t x, std::int32_t y) {
   return block.masked() ? block.valid_row(y) + (x - block.window().x) : nullptr;
 }
 
-}  // namespace nadir::pyramid
+}  // namespace nadir::mosaic
