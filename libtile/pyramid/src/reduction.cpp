@@ -7,11 +7,12 @@
 
 #include "box.h"
 #include "nadir/mosaic/validity.h"
+#include "parent.h"
 
 namespace nadir::pyramid {
 namespace {
 
-using mosaic::Mean, mosaic::Validity, mosaic::samples_at, mosaic::to_sample, mosaic::valid_at;
+using mosaic::is_whole, mosaic::Mean, mosaic::Validity, mosaic::samples_at, mosaic::to_sample, mosaic::valid_at;
 
 /// A valid sample with its weight.
 template <class T>
@@ -244,25 +245,6 @@ class WindowReducer {
   std::vector<Weighted<T>> gathered_;
 };
 
-/// Whether all samples of a window count in full.
-template <class T>
-bool is_whole(const TexelType& type, const Block& block, const Window& window) {
-  const Validity<T> validity(type);
-  if (validity.always()) return true;
-  for (std::int32_t y = window.y; y < window.y + window.height; ++y) {
-    const T* texel = samples_at<T>(block, type, window.x, y);
-    const std::uint8_t* valid = valid_at(block, window.x, y);
-    for (std::int32_t x = 0; x < window.width; ++x, texel += type.bands, valid += valid ? 1 : 0)
-      if (!validity.whole(texel, valid)) return false;
-  }
-  return true;
-}
-
-/// The coarser sample in which a finer one's centre lies.
-std::int32_t parent(std::int32_t fine, std::int32_t coarse, std::int32_t i) {
-  return static_cast<std::int32_t>((2 * std::int64_t{i} + 1) * coarse / (2 * std::int64_t{fine}));
-}
-
 }  // namespace
 
 Window Reducer::needed(const Window& coarse) const {
@@ -310,70 +292,6 @@ void Reducer::reduce(const Block& fine, Block& coarse) const {
                      taps(reduction_.filter, fine_.width, coarse_.width, window.x, window.x + window.width),
                      taps(reduction_.filter, fine_.height, coarse_.height, window.y, window.y + window.height))
         .run();
-  });
-}
-
-void Reducer::loss(const Block& fine, const Window& tile, const Block& coarse, std::span<float> loss) const {
-  tiff::with_sample(type_.sample, [&]<class T>(T) {
-    const Validity<T> validity(type_);
-    const auto bands = static_cast<std::size_t>(type_.bands);
-    const std::size_t samples = static_cast<std::size_t>(tile.width) * bands;
-    static thread_local std::vector<std::size_t> parent_at;
-    static thread_local std::vector<T> parent_row;
-    static thread_local std::vector<double> squares;
-    static thread_local std::vector<std::uint32_t> byte_squares;
-    parent_at.resize(samples);
-    parent_row.resize(samples);
-    for (std::size_t x = 0; x < static_cast<std::size_t>(tile.width); ++x) {
-      const std::int32_t p = parent(fine_.width, coarse_.width, tile.x + static_cast<std::int32_t>(x));
-      for (std::size_t b = 0; b < bands; ++b)
-        parent_at[x * bands + b] = static_cast<std::size_t>(p - coarse.window().x) * bands + b;
-    }
-    const bool whole = is_whole<T>(type_, fine, tile);
-    std::vector<std::uint64_t> counts(
-        loss.size(), whole ? static_cast<std::uint64_t>(tile.width) * static_cast<std::uint64_t>(tile.height) : 0);
-    squares.assign(samples, 0);
-    byte_squares.assign(samples, 0);
-    std::int32_t parent_y = -1;
-    for (std::int32_t y = tile.y; y < tile.y + tile.height; ++y) {
-      if (const std::int32_t p = parent(fine_.height, coarse_.height, y); p != parent_y) {
-        parent_y = p;
-        const T* from = reinterpret_cast<const T*>(coarse.row(p));
-        for (std::size_t i = 0; i < samples; ++i) parent_row[i] = from[parent_at[i]];
-      }
-      const T* row = samples_at<T>(fine, type_, tile.x, y);
-      if constexpr (sizeof(T) == 1) {
-        if (whole) {  // at most 1024 rows of at most 255^2
-          for (std::size_t i = 0; i < samples; ++i) {
-            const int d = row[i] - parent_row[i];
-            byte_squares[i] += static_cast<std::uint32_t>(d * d);
-          }
-          continue;
-        }
-      }
-      if (whole) {
-        for (std::size_t i = 0; i < samples; ++i) {
-          const double d = static_cast<double>(row[i]) - static_cast<double>(parent_row[i]);
-          squares[i] += d * d;
-        }
-        continue;
-      }
-      const std::uint8_t* valid = valid_at(fine, tile.x, y);
-      for (std::size_t x = 0; x < samples; x += bands, valid += valid ? 1 : 0) {
-        if (!validity.texel(row + x, valid)) continue;
-        for (std::size_t b = 0; b < loss.size(); ++b) {
-          if (!validity.sample(row[x + b]) || !validity.sample(parent_row[x + b])) continue;
-          const double d = static_cast<double>(row[x + b]) - static_cast<double>(parent_row[x + b]);
-          squares[x + b] += d * d;
-          ++counts[b];
-        }
-      }
-    }
-    for (std::size_t b = 0; b < loss.size(); ++b) {
-      double sum = 0;
-      for (std::size_t i = b; i < samples; i += bands) sum += squares[i] + byte_squares[i];
-      loss[b] = counts[b] == 0 ? 0.0f : static_cast<float>(std::sqrt(sum / static_cast<double>(counts[b])));
-    }
   });
 }
 

@@ -2,54 +2,72 @@
 
 #include <algorithm>
 
+#include "byte_sums.h"
 #include "nadir/mosaic/validity.h"
 
 namespace nadir::pyramid {
 namespace {
 
-using mosaic::Validity, mosaic::samples_at, mosaic::valid_at;
+using mosaic::is_whole, mosaic::Validity, mosaic::samples_at, mosaic::valid_at;
 
-/// Bytes and 16-bit integers that are all valid: sums are whole numbers, and go column by column, which is fast.
-template <class T>
-std::vector<BandStatistics> of_small_integers(const TexelType& type, const Block& block, const Window& window) {
-  using Sum = std::conditional_t<sizeof(T) == 1, std::uint32_t, std::uint64_t>;
+/// From whole sums over samples that all count, of values from which `bias` is to be taken.
+BandStatistics from_sums(std::uint64_t count, double minimum, double maximum, std::uint64_t sum, std::uint64_t squares,
+                         std::int64_t bias) {
+  const auto n = static_cast<long double>(count), s = static_cast<long double>(sum);
+  return {count, minimum, maximum, static_cast<double>(s / n - static_cast<long double>(bias)),
+          static_cast<double>(std::max(0.0L, static_cast<long double>(squares) - s * s / n))};
+}
+
+/// Bytes that all count: column by column, which is fast.
+std::vector<BandStatistics> of_bytes(const TexelType& type, const Block& block, const Window& window) {
   const auto bands = static_cast<std::size_t>(type.bands);
   const std::size_t samples = static_cast<std::size_t>(window.width) * bands;
-  constexpr std::int64_t bias = std::is_signed_v<T> ? -static_cast<std::int64_t>(std::numeric_limits<T>::min()) : 0;
-  static thread_local std::vector<Sum> sums, squares;
-  static thread_local std::vector<T> least, most;
-  sums.assign(samples, 0);
-  squares.assign(samples, 0);
-  const T* first = samples_at<T>(block, type, window.x, window.y);
-  least.assign(first, first + samples);
-  most = least;
-  for (std::int32_t y = window.y; y < window.y + window.height; ++y) {
-    const T* row = samples_at<T>(block, type, window.x, y);
-    for (std::size_t i = 0; i < samples; ++i) {
-      const auto value = static_cast<Sum>(row[i] + bias);
-      sums[i] += value;
-      squares[i] += value * value;
-    }
-    for (std::size_t i = 0; i < samples; ++i) {
-      least[i] = std::min(least[i], row[i]);
-      most[i] = std::max(most[i], row[i]);
-    }
-  }
+  std::vector<std::uint32_t> sums(samples, 0), squares(samples, 0);
+  std::vector<std::uint8_t> least(samples, 255), most(samples, 0);
+  const ByteColumns columns{sums.data(), squares.data(), least.data(), most.data()};
+  const auto row = [&](std::int32_t y) { return samples_at<std::uint8_t>(block, type, window.x, y); };
+  std::int32_t y = window.y;
+  const std::int32_t end = window.y + window.height;
+  for (; y + 4 <= end; y += 4) add_four_rows({row(y), row(y + 1), row(y + 2), row(y + 3)}, samples, columns);
+  for (; y < end; ++y) scalar::add_row(row(y), 0, samples, columns);
+
   std::vector<BandStatistics> all(static_cast<std::size_t>(type.data_bands()));
   const auto count = static_cast<std::uint64_t>(window.width) * static_cast<std::uint64_t>(window.height);
   for (std::size_t b = 0; b < all.size(); ++b) {
     std::uint64_t sum = 0, square = 0;
-    T low = least[b], high = most[b];
+    std::uint8_t low = 255, high = 0;
     for (std::size_t i = b; i < samples; i += bands) {
       sum += sums[i];
       square += squares[i];
       low = std::min(low, least[i]);
       high = std::max(high, most[i]);
     }
-    const auto n = static_cast<long double>(count), s = static_cast<long double>(sum);
-    all[b] = {count, static_cast<double>(low), static_cast<double>(high),
-              static_cast<double>(s / n - static_cast<long double>(bias)),
-              static_cast<double>(std::max(0.0L, static_cast<long double>(square) - s * s / n))};
+    all[b] = from_sums(count, low, high, sum, square, 0);
+  }
+  return all;
+}
+
+/// 16-bit integers that all count.
+template <class T>
+std::vector<BandStatistics> of_shorts(const TexelType& type, const Block& block, const Window& window) {
+  constexpr std::int32_t bias = -std::int32_t{std::numeric_limits<T>::min()};
+  const auto bands = static_cast<std::size_t>(type.bands);
+  std::vector<BandStatistics> all(static_cast<std::size_t>(type.data_bands()));
+  const auto count = static_cast<std::uint64_t>(window.width) * static_cast<std::uint64_t>(window.height);
+  for (std::size_t b = 0; b < all.size(); ++b) {
+    std::uint64_t sum = 0, squares = 0;
+    T least = std::numeric_limits<T>::max(), most = std::numeric_limits<T>::min();
+    for (std::int32_t y = window.y; y < window.y + window.height; ++y) {
+      const T* sample = samples_at<T>(block, type, window.x, y) + b;
+      for (std::int32_t x = 0; x < window.width; ++x, sample += bands) {
+        const auto value = static_cast<std::uint64_t>(*sample + bias);
+        sum += value;
+        squares += value * value;
+        least = std::min(least, *sample);
+        most = std::max(most, *sample);
+      }
+    }
+    all[b] = from_sums(count, least, most, sum, squares, bias);
   }
   return all;
 }
@@ -100,8 +118,11 @@ void BandStatistics::add(const BandStatistics& other) {
 
 std::vector<BandStatistics> statistics(const TexelType& type, const Block& block, const Window& window) {
   return tiff::with_sample(type.sample, [&]<class T>(T) {
-    if constexpr (std::is_integral_v<T> && sizeof(T) <= 2)
-      if (Validity<T>(type).always()) return of_small_integers<T>(type, block, window);
+    if constexpr (std::is_same_v<T, std::uint8_t>) {
+      if (is_whole<T>(type, block, window)) return of_bytes(type, block, window);
+    } else if constexpr (std::is_integral_v<T> && sizeof(T) == 2) {
+      if (is_whole<T>(type, block, window)) return of_shorts<T>(type, block, window);
+    }
     return of_valid<T>(type, block, window);
   });
 }
