@@ -67,6 +67,7 @@ class PatchResampler {
         if (!(p.x() >= 0 && p.y() >= 0 && p.x() <= static_cast<double>(width_) &&
               p.y() <= static_cast<double>(height_)))
           continue;
+        if (is_border(p) && holds_data(out, valid)) continue;
         if (!(quick && bilinear_of_whole(p, out)) && !general(p, across, down, out)) continue;
         if (valid) *valid = 255;
       }
@@ -74,6 +75,17 @@ class PatchResampler {
   }
 
  private:
+  /// Within half a texel of the outline samples go on as the border's: that yields to any that lie below.
+  bool is_border(const Eigen::Vector2d& p) const {
+    return p.x() < 0.5 || p.y() < 0.5 || p.x() > static_cast<double>(width_) - 0.5 ||
+           p.y() > static_cast<double>(height_) - 0.5;
+  }
+  bool holds_data(const T* texel, const std::uint8_t* valid) const {
+    if (valid) return *valid != 0;
+    return validity_.texel(texel, nullptr) &&
+           std::any_of(texel, texel + type_.data_bands(), [&](T sample) { return validity_.sample(sample); });
+  }
+
   /// What a block without validity of its own is asked about.
   static TexelType without_mask(TexelType type, const Block& source) {
     type.mask = type.mask && source.masked();

@@ -1,5 +1,6 @@
 #include "engine.h"
 
+#include <tbb/global_control.h>
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
@@ -261,6 +262,9 @@ Result<void> Engine::run(int stage, std::span<const Chunk> chunks, int workers, 
       progress.advance(tiles_in(stage, to_do[i]));
     }
   };
+  // More threads than cores are of use where sources are waited for.
+  const tbb::global_control allow(tbb::global_control::max_allowed_parallelism,
+                                  static_cast<std::size_t>(std::max(workers, tbb::this_task_arena::max_concurrency())));
   tbb::task_arena arena(workers);
   arena.execute([&] {
     tbb::parallel_for(

@@ -24,7 +24,7 @@ class Parents {
       const std::int32_t p = parent(fine.width, coarse.width, tile.x + x) - block.window().x;
       for (std::size_t b = 0; b < bands; ++b) at_.push_back(static_cast<std::size_t>(p) * bands + b);
     }
-    for (Row& row : rows_) row.samples.resize(at_.size());
+    for (Row& row : rows_) row.samples = std::vector<T>(at_.size());
   }
 
   /// As many samples as the tile's row `y`. Good while the next row is asked for, not longer.
