@@ -42,7 +42,7 @@ std::vector<BandStatistics> merged(std::vector<std::vector<BandStatistics>> tile
 /// What a worker keeps from chunk to chunk.
 struct Engine::Scratch {
   std::vector<Block> levels;  // of a stage, the one handed on too
-  std::vector<std::byte> packed;
+  RawBytes packed;
 };
 
 Engine::Engine(const mosaic::Mosaic& mosaic, const LevelPlan& plan, const Reduction& reduction,

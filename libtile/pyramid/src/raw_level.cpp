@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cstring>
 
+#include "nadir/base/raw_bytes.h"
+
 namespace nadir::pyramid {
 namespace {
 
@@ -28,7 +30,7 @@ std::uint64_t RawLevel::tile_bytes(std::int32_t col, std::int32_t row) const {
 
 Result<std::uint64_t> RawLevel::store(const Block& block, std::int32_t col, std::int32_t row) {
   const Window w = plan_.window_of(level_, {col, row, 1, 1});
-  static thread_local std::vector<std::byte> bytes;
+  static thread_local RawBytes bytes;
   bytes.resize(tile_bytes(col, row));
   const auto width = static_cast<std::size_t>(w.width), height = static_cast<std::size_t>(w.height);
   const auto skipped = static_cast<std::size_t>(w.x - block.window().x);

@@ -1,7 +1,6 @@
 #include "tile_packer.h"
 
 #include <algorithm>
-#include <array>
 #include <cstring>
 
 #include "nadir/tiff/cog.h"
@@ -9,22 +8,26 @@
 namespace nadir::pyramid {
 namespace {
 
-std::uint32_t append(std::span<const std::byte> tile, std::vector<std::byte>& out) {
-  const auto size = static_cast<std::uint32_t>(tile.size());
-  const auto leader = std::as_bytes(std::span(&size, 1));
-  out.insert(out.end(), leader.begin(), leader.end());
-  out.insert(out.end(), tile.begin(), tile.end());
+/// Appends what `encoder` packs, between its leader and its trailer. Its size.
+Result<std::uint32_t> append(const tiff::TileEncoder& encoder, const std::byte* first_row, std::size_t stride,
+                             RawBytes& out) {
+  const std::size_t begin = out.size();
+  out.resize(begin + tiff::tile_leader_bytes);
+  const auto packed = encoder.append(first_row, stride, out);
+  if (!packed) return fail(packed);
+  const auto size = static_cast<std::uint32_t>(*packed);
+  std::memcpy(out.data() + begin, &size, sizeof size);
   // A tile of fewer bytes is led by zeros.
-  std::array<std::byte, tiff::tile_trailer_bytes> trailer{};
-  const std::size_t last = std::min(tile.size(), trailer.size());
-  std::copy_n(tile.end() - static_cast<std::ptrdiff_t>(last), last, trailer.end() - static_cast<std::ptrdiff_t>(last));
-  out.insert(out.end(), trailer.begin(), trailer.end());
+  const std::size_t end = out.size(), last = std::min<std::size_t>(size, tiff::tile_trailer_bytes);
+  out.resize(end + tiff::tile_trailer_bytes);
+  std::memset(out.data() + end, 0, tiff::tile_trailer_bytes);
+  std::memcpy(out.data() + end + tiff::tile_trailer_bytes - last, out.data() + end - last, last);
   return size;
 }
 
 }  // namespace
 
-Result<PackedSize> TilePacker::pack(const Block& block, const Window& window, std::vector<std::byte>& out) const {
+Result<PackedSize> TilePacker::pack(const Block& block, const Window& window, RawBytes& out) const {
   PackedSize size;
   if (tells_holes(type_) && empty(type_, block, window)) return size;
   const auto imagery = pack_imagery(block, window, out);
@@ -38,14 +41,13 @@ Result<PackedSize> TilePacker::pack(const Block& block, const Window& window, st
   return size;
 }
 
-Result<std::uint32_t> TilePacker::pack_imagery(const Block& block, const Window& window,
-                                               std::vector<std::byte>& out) const {
+Result<std::uint32_t> TilePacker::pack_imagery(const Block& block, const Window& window, RawBytes& out) const {
   const std::size_t texel = type_.texel_bytes();
   const auto side = static_cast<std::size_t>(tile_size_);
   const std::byte* first = block.row(window.y) + static_cast<std::size_t>(window.x - block.window().x) * texel;
   std::size_t stride = block.row_bytes();
   if (window.width < tile_size_ || window.height < tile_size_) {
-    static thread_local std::vector<std::byte> padded;
+    static thread_local RawBytes padded;
     padded.resize(side * side * texel);
     const std::size_t there = static_cast<std::size_t>(window.width) * texel;
     for (std::size_t y = 0; y < side; ++y) {
@@ -60,13 +62,10 @@ Result<std::uint32_t> TilePacker::pack_imagery(const Block& block, const Window&
     first = padded.data();
     stride = side * texel;
   }
-  const auto packed = imagery_.encode(first, stride);
-  if (!packed) return fail(packed);
-  return append(*packed, out);
+  return append(imagery_, first, stride, out);
 }
 
-Result<std::uint32_t> TilePacker::pack_mask(const Block& block, const Window& window,
-                                            std::vector<std::byte>& out) const {
+Result<std::uint32_t> TilePacker::pack_mask(const Block& block, const Window& window, RawBytes& out) const {
   const auto side = static_cast<std::size_t>(tile_size_);
   static thread_local std::vector<std::byte> bits;
   bits.assign(side * side, std::byte{0});
@@ -75,9 +74,7 @@ Result<std::uint32_t> TilePacker::pack_mask(const Block& block, const Window& wi
     std::byte* to = bits.data() + static_cast<std::size_t>(y) * side;
     for (std::int32_t x = 0; x < window.width; ++x) to[x] = std::byte{valid[x] != 0};
   }
-  const auto packed = mask_->encode(bits.data(), side);
-  if (!packed) return fail(packed);
-  return append(*packed, out);
+  return append(*mask_, bits.data(), side, out);
 }
 
 }  // namespace nadir::pyramid

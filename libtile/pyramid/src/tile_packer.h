@@ -20,14 +20,14 @@ class TilePacker {
 
   /// Appends the tile that begins at the top left of `window` to `out`, and its mask; nothing where it is empty.
   /// What lies beyond the window repeats its last column and row, which packs well.
-  Result<PackedSize> pack(const Block& block, const Window& window, std::vector<std::byte>& out) const;
+  Result<PackedSize> pack(const Block& block, const Window& window, RawBytes& out) const;
 
   const tiff::TileFormat& imagery_format() const { return imagery_.format(); }
   const tiff::TileFormat* mask_format() const { return mask_ ? &mask_->format() : nullptr; }
 
  private:
-  Result<std::uint32_t> pack_imagery(const Block& block, const Window& window, std::vector<std::byte>& out) const;
-  Result<std::uint32_t> pack_mask(const Block& block, const Window& window, std::vector<std::byte>& out) const;
+  Result<std::uint32_t> pack_imagery(const Block& block, const Window& window, RawBytes& out) const;
+  Result<std::uint32_t> pack_mask(const Block& block, const Window& window, RawBytes& out) const;
 
   TexelType type_;
   std::int32_t tile_size_;

@@ -73,7 +73,7 @@ Result<void> check_samples(const TileFormat& format) {
   return {};
 }
 
-Result<void> pack_stream(Codec codec, int level, std::span<const std::byte> tile, PackedBytes& out) {
+Result<void> pack_stream(Codec codec, int level, std::span<const std::byte> tile, RawBytes& out) {
   switch (codec) {
     case Codec::Lzw:
       return pack_lzw(tile, out);
@@ -93,21 +93,33 @@ struct TileEncoder::State {
   Packing packing;
   int level = 0;
 
+  bool rows_are_plain() const { return format.predictor == Predictor::None && format.bits != 1; }
+
+  /// Writes a row as it is packed.
+  void put_row(const std::byte* row, std::byte* to) const {
+    if (rows_are_plain())
+      std::memcpy(to, row, static_cast<std::size_t>(format.row_bytes()));
+    else
+      predict_row(format, row, to);
+  }
+
+  void put_rows(const std::byte* first_row, std::size_t stride, std::byte* to) const {
+    for (std::uint32_t y = 0; y < format.tile_height; ++y) put_row(first_row + y * stride, to + y * format.row_bytes());
+  }
+
+  void append_rows(const std::byte* first_row, std::size_t stride, RawBytes& out) const {
+    const std::size_t begin = out.size();
+    out.resize(begin + static_cast<std::size_t>(format.tile_bytes()));
+    put_rows(first_row, stride, out.data() + begin);
+  }
+
   /// Rows as they are packed, without gaps: the tile itself where they already are.
   std::span<const std::byte> rows(const std::byte* first_row, std::size_t stride) const {
-    const auto row_bytes = static_cast<std::size_t>(format.row_bytes());
-    const bool plain = format.predictor == Predictor::None && format.bits != 1;
-    if (plain && stride == row_bytes) return {first_row, static_cast<std::size_t>(format.tile_bytes())};
+    const auto bytes = static_cast<std::size_t>(format.tile_bytes());
+    if (rows_are_plain() && stride == format.row_bytes()) return {first_row, bytes};
     static thread_local Scratch scratch;
-    const std::span<std::byte> tile = scratch.take(static_cast<std::size_t>(format.tile_bytes()));
-    for (std::uint32_t y = 0; y < format.tile_height; ++y) {
-      const std::byte* from = first_row + y * stride;
-      std::byte* to = tile.data() + y * row_bytes;
-      if (plain)
-        std::memcpy(to, from, row_bytes);
-      else
-        predict_row(format, from, to);
-    }
+    const std::span<std::byte> tile = scratch.take(bytes);
+    put_rows(first_row, stride, tile.data());
     return tile;
   }
 };
@@ -135,34 +147,35 @@ Result<TileEncoder> TileEncoder::create(TileFormat format, const Packing& packin
 
 const TileFormat& TileEncoder::format() const { return state_->format; }
 
-Result<std::span<const std::byte>> TileEncoder::encode(const std::byte* first_row, std::size_t stride) const {
-  static thread_local PackedBytes packed, blob;
+Result<std::size_t> TileEncoder::append(const std::byte* first_row, std::size_t stride, RawBytes& out) const {
   const auto& [format, packing, level] = *state_;
-  packed.clear();
+  const std::size_t begin = out.size();
   Result<void> done;
   switch (format.codec) {
     case Codec::None:
-      return state_->rows(first_row, stride);
+      state_->append_rows(first_row, stride, out);
+      break;
     case Codec::Jpeg:
-      done = pack_jpeg(format, packing.quality, first_row, stride, packed);
+      done = pack_jpeg(format, packing.quality, first_row, stride, out);
       break;
     case Codec::WebP:
-      done = pack_webp(format, packing.quality, first_row, stride, packed);
+      done = pack_webp(format, packing.quality, first_row, stride, out);
       break;
-    case Codec::Lerc: {
-      const bool packed_again = format.lerc_packing != 0;
-      PackedBytes& to = packed_again ? blob : packed;
-      to.clear();
-      done = pack_lerc(format, packing.max_error, state_->rows(first_row, stride), to);
-      if (done && packed_again)
-        done = pack_stream(format.lerc_packing == 1 ? Codec::Deflate : Codec::Zstd, level, blob, packed);
+    case Codec::Lerc:
+      if (format.lerc_packing == 0) {
+        done = pack_lerc(format, packing.max_error, state_->rows(first_row, stride), out);
+      } else {
+        static thread_local RawBytes blob;
+        blob.clear();
+        done = pack_lerc(format, packing.max_error, state_->rows(first_row, stride), blob);
+        if (done) done = pack_stream(format.lerc_packing == 1 ? Codec::Deflate : Codec::Zstd, level, blob, out);
+      }
       break;
-    }
     default:
-      done = pack_stream(format.codec, level, state_->rows(first_row, stride), packed);
+      done = pack_stream(format.codec, level, state_->rows(first_row, stride), out);
   }
   if (!done) return fail(done);
-  return std::span<const std::byte>(packed);
+  return out.size() - begin;
 }
 
 }  // namespace nadir::tiff

@@ -13,7 +13,7 @@ constexpr std::uint32_t clear_code = 256, end_code = 257, first_code = 258, last
 /// Codes to bytes, high bits first.
 class BitWriter {
  public:
-  explicit BitWriter(PackedBytes& out) : out_(out) {}
+  explicit BitWriter(RawBytes& out) : out_(out) {}
   void put(std::uint32_t code, int bits) {
     window_ = window_ << bits | code;
     held_ += bits;
@@ -27,7 +27,7 @@ class BitWriter {
   }
 
  private:
-  PackedBytes& out_;
+  RawBytes& out_;
   std::uint64_t window_ = 0;
   int held_ = 0;
 };
@@ -63,7 +63,7 @@ class Table {
 
 }  // namespace
 
-Result<void> pack_lzw(std::span<const std::byte> tile, PackedBytes& out) {
+Result<void> pack_lzw(std::span<const std::byte> tile, RawBytes& out) {
   static thread_local Table table;
   BitWriter writer(out);
   int bits = 9;

@@ -35,13 +35,14 @@ class JpegEncoder {
     encoder_.client_data = this;
     destination_.init_destination = [](j_compress_ptr info) {
       auto* self = static_cast<JpegEncoder*>(info->client_data);
-      self->out_->resize(std::max<std::size_t>(self->out_->capacity(), 1 << 16));
-      self->point_at(0);
+      const std::size_t begin = self->out_->size();
+      self->out_->resize(begin + (1 << 18));
+      self->point_at(begin);
     };
     destination_.empty_output_buffer = [](j_compress_ptr info) -> boolean {
       auto* self = static_cast<JpegEncoder*>(info->client_data);
       const std::size_t full = self->out_->size();
-      self->out_->resize(2 * full);
+      self->out_->resize(full + (1 << 18));
       self->point_at(full);
       return TRUE;
     };
@@ -56,7 +57,7 @@ class JpegEncoder {
   JpegEncoder& operator=(const JpegEncoder&) = delete;
 
   /// Null where all went well. Holds nothing that a longjmp would leak.
-  const char* write_tables(const TileFormat& format, int quality, PackedBytes& out) {
+  const char* write_tables(const TileFormat& format, int quality, RawBytes& out) {
     if (setjmp(way_out_)) return message_.data();
     set_up(format, quality, out);
     jpeg_suppress_tables(&encoder_, FALSE);
@@ -65,7 +66,7 @@ class JpegEncoder {
   }
 
   const char* write_tile(const TileFormat& format, int quality, const std::byte* rows, std::size_t stride,
-                         PackedBytes& out) {
+                         RawBytes& out) {
     if (setjmp(way_out_)) {
       jpeg_abort_compress(&encoder_);
       return message_.data();
@@ -85,7 +86,7 @@ class JpegEncoder {
   }
 
  private:
-  void set_up(const TileFormat& format, int quality, PackedBytes& out) {
+  void set_up(const TileFormat& format, int quality, RawBytes& out) {
     out_ = &out;
     encoder_.image_width = format.tile_width;
     encoder_.image_height = format.tile_height;
@@ -107,7 +108,7 @@ class JpegEncoder {
   jpeg_compress_struct encoder_{};
   jpeg_error_mgr handler_{};
   jpeg_destination_mgr destination_{};
-  PackedBytes* out_ = nullptr;
+  RawBytes* out_ = nullptr;
   std::jmp_buf way_out_;
   std::array<char, JMSG_LENGTH_MAX> message_{};
 };
@@ -134,21 +135,21 @@ bool mark_valid(std::span<const std::byte> tile, std::size_t samples, std::vecto
 }  // namespace
 
 Result<std::vector<std::byte>> make_jpeg_tables(const TileFormat& format, int quality) {
-  PackedBytes tables;
+  RawBytes tables;
   if (const char* problem = jpeg_of_this_thread().write_tables(format, quality, tables))
     return failed(fmt::format("JPEG cannot make its tables: {}", problem));
-  return tables;
+  return std::vector<std::byte>(tables.begin(), tables.end());
 }
 
 Result<void> pack_jpeg(const TileFormat& format, int quality, const std::byte* rows, std::size_t stride,
-                       PackedBytes& out) {
+                       RawBytes& out) {
   if (const char* problem = jpeg_of_this_thread().write_tile(format, quality, rows, stride, out))
     return failed(fmt::format("JPEG cannot pack a tile: {}", problem));
   return {};
 }
 
 Result<void> pack_webp(const TileFormat& format, int quality, const std::byte* rows, std::size_t stride,
-                       PackedBytes& out) {
+                       RawBytes& out) {
   WebPConfig config;
   WebPPicture picture;
   if (!WebPConfigInit(&config) || !WebPPictureInit(&picture)) return failed("WebP is of another version");
@@ -166,7 +167,7 @@ Result<void> pack_webp(const TileFormat& format, int quality, const std::byte* r
   picture.width = static_cast<int>(format.tile_width);
   picture.height = static_cast<int>(format.tile_height);
   picture.writer = [](const std::uint8_t* data, std::size_t size, const WebPPicture* p) {
-    auto& bytes = *static_cast<PackedBytes*>(p->custom_ptr);
+    auto& bytes = *static_cast<RawBytes*>(p->custom_ptr);
     const auto* begin = reinterpret_cast<const std::byte*>(data);
     bytes.insert(bytes.end(), begin, begin + size);
     return 1;
@@ -181,7 +182,7 @@ Result<void> pack_webp(const TileFormat& format, int quality, const std::byte* r
   return {};
 }
 
-Result<void> pack_lerc(const TileFormat& format, double max_error, std::span<const std::byte> tile, PackedBytes& out) {
+Result<void> pack_lerc(const TileFormat& format, double max_error, std::span<const std::byte> tile, RawBytes& out) {
   const std::size_t area = std::size_t{format.tile_width} * format.tile_height, samples = format.samples;
   static thread_local std::vector<unsigned char> valid;
   bool masked = false;
@@ -200,11 +201,12 @@ Result<void> pack_lerc(const TileFormat& format, double max_error, std::span<con
   if (lerc_computeCompressedSize(tile.data(), lerc_type(format), static_cast<int>(samples), columns, rows, 1,
                                  masked ? 1 : 0, mask, max_error, &size) != 0)
     return failed("LERC cannot pack a tile");
-  out.resize(size);
+  const std::size_t begin = out.size();
+  out.resize(begin + size);
   if (lerc_encode(tile.data(), lerc_type(format), static_cast<int>(samples), columns, rows, 1, masked ? 1 : 0, mask,
-                  max_error, reinterpret_cast<unsigned char*>(out.data()), size, &written) != 0)
+                  max_error, reinterpret_cast<unsigned char*>(out.data() + begin), size, &written) != 0)
     return failed("LERC cannot pack a tile");
-  out.resize(written);
+  out.resize(begin + written);
   return {};
 }
 
