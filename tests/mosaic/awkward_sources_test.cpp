@@ -19,7 +19,8 @@ std::vector<std::string> files(bool damaged) {
   const char* folder = std::getenv("NADIR_AWKWARD_FILES");  // more of them
   for (const auto& entry : fs::recursive_directory_iterator(folder ? folder : NADIR_SOURCE_DIR "/tests/data/awkward")) {
     const std::string path = entry.path().string();
-    if (entry.is_regular_file() && (path.find("corrupt") != std::string::npos) == damaged) names.push_back(path);
+    if (entry.path().extension() == ".tif" && (path.find("corrupt") != std::string::npos) == damaged)
+      names.push_back(path);
   }
   std::sort(names.begin(), names.end());
   return names;
@@ -45,9 +46,10 @@ Result<void> read_some(const Sources& sources, std::int64_t rows_in_all) {
 }
 
 TEST(AwkwardSources, ThatAreWholeAreReadAsGdalReadsThem) {
-  // Not opened by GDAL 3.6 either, or 33 bits, or (the last) colours by JPEG that GDAL itself calls damaged.
+  // Not read by GDAL 3.6 either.
   const std::set<std::string> refused = {"bit_depth__uint33.tif", "codec__unknown_compression.tif",
-                                         "codec__byte_JXL.tif", "codec__unsupported_codec_jp2000.tif"};
+                                         "ycbcr_jpeg__mandrilmini_12bitjpeg.tif", "codec__byte_JXL.tif",
+                                         "codec__unsupported_codec_jp2000.tif"};
   int compared = 0;
   for (const std::string& path : files(false)) {
     SCOPED_TRACE(path);
@@ -72,6 +74,7 @@ TEST(AwkwardSources, ThatAreWholeAreReadAsGdalReadsThem) {
          windows_of(std::min<std::int64_t>(source.width(), 3000), std::min<std::int64_t>(source.height(), 3000))) {
       Block block(sources->type, window);
       const auto read = source.read(block);
+      if (!read && refused.contains(fs::path(path).filename().string())) break;
       ASSERT_TRUE(read) << read.error().message;
       const GdalTexels expected = read_by_gdal(path, window, bands);
       EXPECT_TRUE(same_samples(samples_of(block, sources->type), expected.samples));
@@ -85,14 +88,15 @@ TEST(AwkwardSources, ThatAreWholeAreReadAsGdalReadsThem) {
 }
 
 TEST(AwkwardSources, ThatAreDamagedAreErrorsThatNameThem) {
-  int refused = 0, read = 0;
+  // GDAL finds out where its strips end, and so it is read.
+  const std::set<std::string> repaired = {"stripbytecounts_count_not_same_as_stripoffsets_count.tif"};
+  int refused = 0;
   for (const std::string& path : files(true)) {
     SCOPED_TRACE(path);
     const auto sources = open(path);
     const auto done = sources ? read_some(*sources, 1 << 20) : Result<void>(fail(sources));
     if (done) {
-      ++read;
-      std::cout << "read: " << path << '\n';
+      EXPECT_TRUE(repaired.contains(fs::path(path).filename().string()));
       continue;
     }
     ++refused;
@@ -101,7 +105,6 @@ TEST(AwkwardSources, ThatAreDamagedAreErrorsThatNameThem) {
     EXPECT_LT(done.error().message.size(), path.size() + 400) << done.error().message;
   }
   EXPECT_GE(refused, 10);
-  EXPECT_EQ(read, 0);
 }
 
 }  // namespace

@@ -1,13 +1,14 @@
-#include <gtest/gtest.h>
-
 #include "mosaic/raster_file.h"
 
+#include <gtest/gtest.h>
 #include <ogr_spatialref.h>
 
 #include <algorithm>
 #include <cmath>
 #include <memory>
 #include <stdexcept>
+
+#include "nadir/gdal/dataset.h"
 
 namespace nadir::mosaic {
 namespace {
@@ -78,6 +79,7 @@ void write(const RasterFile& file, const std::string& path) {
 
 GdalTexels read_by_gdal(const std::string& path, const Window& w, const std::vector<int>& bands) {
   GDALAllRegister();
+  const gdal::GdalMessages unprinted;
   const std::unique_ptr<GDALDataset> dataset(GDALDataset::Open(path.c_str()));
   if (!dataset) throw std::runtime_error(path + ": cannot be opened");
   const std::size_t texels = static_cast<std::size_t>(w.width) * static_cast<std::size_t>(w.height);

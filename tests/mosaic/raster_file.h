@@ -1,6 +1,7 @@
 #pragma once
 
 #include <gdal_priv.h>
+#include <gtest/gtest.h>
 
 #include <array>
 #include <functional>

@@ -9,6 +9,7 @@
 #include "overlap.h"
 #include "readers.h"
 #include "source_list.h"
+#include "twin_headers.h"
 
 namespace nadir::mosaic {
 namespace {
@@ -19,7 +20,8 @@ constexpr std::uint64_t gdal_cache_bytes = 32 << 20;
 /// The headers of all, or the error of the first that has one.
 Result<std::vector<RasterHeader>> read_headers(const std::vector<NamedRaster>& rasters) {
   std::vector<std::optional<Result<RasterHeader>>> found(rasters.size());
-  tbb::parallel_for(std::size_t{0}, rasters.size(), [&](std::size_t i) { found[i] = read_header(rasters[i]); });
+  TwinHeaders twins;
+  tbb::parallel_for(std::size_t{0}, rasters.size(), [&](std::size_t i) { found[i] = twins.read(rasters[i]); });
   std::vector<RasterHeader> headers;
   for (auto& header : found) {
     if (!*header) return fail(*header);
