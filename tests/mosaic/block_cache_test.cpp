@@ -1,7 +1,6 @@
 #include "block_cache.h"
 
 #include <gtest/gtest.h>
-#include <tbb/parallel_for.h>
 
 #include <atomic>
 #include <random>
