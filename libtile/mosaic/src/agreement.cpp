@@ -90,7 +90,7 @@ void choose_validity(std::span<const RasterHeader> headers, const std::vector<Ba
   if (type.mask || !nodata || mask || options.nodata_to_mask) return;
   if (one_nodata)
     type.nodata = facts.front().common_nodata;
-  else if (!type.alpha && is_float(type.sample))
+  else if (is_float(type.sample))
     type.nodata = std::numeric_limits<double>::quiet_NaN();
   else
     type.mask = !type.alpha;

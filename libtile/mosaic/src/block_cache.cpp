@@ -16,11 +16,17 @@ std::uint32_t BlockCache::add_raster() {
   return rasters_++;
 }
 
-BlockCache::BlockPtr BlockCache::take_spare() {  // with mutex_ held
-  if (spare_.empty()) return nullptr;
-  BlockPtr block = std::move(spare_.back());
-  spare_.pop_back();
+std::unique_ptr<Block> BlockCache::Spare::take() {
+  const std::scoped_lock lock(mutex_);
+  if (blocks_.empty()) return std::make_unique<Block>();
+  std::unique_ptr<Block> block = std::move(blocks_.back());
+  blocks_.pop_back();
   return block;
+}
+
+void BlockCache::Spare::give(std::unique_ptr<Block> block) {
+  const std::scoped_lock lock(mutex_);
+  if (blocks_.size() < most_spare) blocks_.push_back(std::move(block));
 }
 
 void BlockCache::keep(const Key& key, const BlockPtr& block) {
@@ -33,11 +39,8 @@ void BlockCache::keep(const Key& key, const BlockPtr& block) {
   while (held_bytes_ > limit_bytes_) {
     const auto oldest = slots_.find(used_.back());
     held_bytes_ -= oldest->second.bytes;
-    BlockPtr dropped = *oldest->second.block.get();
     slots_.erase(oldest);
     used_.pop_back();
-    // Only the future's own copy is gone with it where nobody reads the block any more.
-    if (spare_.size() < most_spare && dropped.use_count() == 1) spare_.push_back(std::move(dropped));
   }
 }
 
@@ -45,7 +48,6 @@ Result<std::shared_ptr<const Block>> BlockCache::get(std::uint32_t raster, std::
   const Key key{index, raster};
   std::promise<Result<BlockPtr>> promise;
   std::shared_future<Result<BlockPtr>> another_thread;
-  BlockPtr block;
   {
     const std::scoped_lock lock(mutex_);
     if (const auto it = slots_.find(key); it != slots_.end()) {
@@ -53,7 +55,6 @@ Result<std::shared_ptr<const Block>> BlockCache::get(std::uint32_t raster, std::
       another_thread = it->second.block;
     } else {
       slots_[key].block = promise.get_future().share();
-      block = take_spare();
     }
   }
   if (another_thread.valid()) {
@@ -62,7 +63,8 @@ Result<std::shared_ptr<const Block>> BlockCache::get(std::uint32_t raster, std::
     return std::shared_ptr<const Block>(*found);
   }
 
-  if (!block) block = std::make_shared<Block>();
+  const BlockPtr block(spare_->take().release(),
+                       [spare = spare_](Block* b) { spare->give(std::unique_ptr<Block>(b)); });
   if (auto ok = decode(*block); !ok) {  // told to those who wait, then forgotten: the next one tries again
     promise.set_value(fail(ok));
     const std::scoped_lock lock(mutex_);
@@ -71,7 +73,7 @@ Result<std::shared_ptr<const Block>> BlockCache::get(std::uint32_t raster, std::
   }
   promise.set_value(block);
   keep(key, block);
-  return std::shared_ptr<const Block>(std::move(block));
+  return std::shared_ptr<const Block>(block);
 }
 
 }  // namespace nadir::mosaic

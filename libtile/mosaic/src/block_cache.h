@@ -47,16 +47,25 @@ class BlockCache {
     std::uint64_t bytes = 0;  // none while it is being decoded
     std::list<Key>::iterator place;
   };
-  BlockPtr take_spare();
+  /// Memory of blocks that nobody holds any more, few: taking fresh memory costs more than filling it.
+  /// Thread-safe.
+  class Spare {
+   public:
+    std::unique_ptr<Block> take();
+    void give(std::unique_ptr<Block> block);
+
+   private:
+    std::mutex mutex_;  // guards blocks_
+    std::vector<std::unique_ptr<Block>> blocks_;
+  };
   void keep(const Key& key, const BlockPtr& block);
 
   const std::uint64_t limit_bytes_;
-  std::mutex mutex_;  // guards what follows; not held while decoding
+  const std::shared_ptr<Spare> spare_ = std::make_shared<Spare>();  // blocks may outlive the cache
+  std::mutex mutex_;                                                // guards what follows; not held while decoding
   std::unordered_map<Key, Slot, Hash> slots_;
   std::list<Key> used_;  // decoded ones, last used first
   std::uint64_t held_bytes_ = 0;
-  std::vector<BlockPtr>
-      spare_;  // memory of blocks that were dropped, few: taking fresh memory costs more than filling it
   std::uint32_t rasters_ = 0;
 };
 

@@ -5,6 +5,7 @@
 #include "block_source.h"
 #include "nadir/gdal/dataset.h"
 #include "sample_types.h"
+#include "thread_memory.h"
 
 namespace nadir::mosaic {
 namespace {
@@ -100,6 +101,8 @@ CPLErr GdalSource::read_mask(GDALDataset& dataset, const Window& w, std::uint8_t
 Result<void> GdalSource::decode(Block& block) const {
   static thread_local std::vector<std::byte> samples;
   static thread_local std::vector<std::uint8_t> mask;
+  const ThreadMemory samples_memory(samples);
+  const ThreadMemory mask_memory(mask);
   const Window& w = block.window();
   auto dataset = shared_->datasets.borrow(file_, w.y);
   if (!dataset) return fail(dataset);

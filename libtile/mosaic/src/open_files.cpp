@@ -1,5 +1,6 @@
 #include "open_files.h"
 
+#include <cpl_conv.h>
 #include <fmt/format.h>
 #include <sys/stat.h>
 
@@ -23,6 +24,16 @@ Result<void> SourceFile::check_unchanged() const {
               fmt::format("{}: {} since its headers were read; leave sources alone until the map is built, and start "
                           "again",
                           label, now.on_disk ? "has changed" : "has gone"));
+}
+
+Result<gdal::Dataset> open_dataset(const std::string& path) {
+  constexpr const char* option = "GDAL_DISABLE_READDIR_ON_OPEN";
+  const bool decided =
+      CPLGetConfigOption(option, nullptr) || path.starts_with("/vsi");  // by the user, or by open_raster
+  if (!decided) CPLSetThreadLocalConfigOption(option, "TRUE");
+  auto dataset = gdal::open_raster(path);
+  if (!decided) CPLSetThreadLocalConfigOption(option, nullptr);
+  return dataset;
 }
 
 Result<std::shared_ptr<const tiff::TiffFile>> OpenTiffs::get(const SourceFile& file) {
@@ -68,7 +79,7 @@ Result<gdal::Dataset> OpenDatasets::borrow(const SourceFile& file, std::int64_t 
       return dataset;
     }
   }
-  return gdal::open_raster(file.path);
+  return open_dataset(file.path);
 }
 
 void OpenDatasets::give_back(const SourceFile& file, std::int64_t row, gdal::Dataset dataset) {

@@ -28,6 +28,10 @@ struct SourceFile {
   Result<void> check_unchanged() const;
 };
 
+/// Opens what GDAL reads, for reading in the caller's thread only. GDAL looks for each file beside it by name, instead
+/// of listing its folder, which takes as long as there are files in it, for each of them.
+Result<gdal::Dataset> open_dataset(const std::string& path);
+
 /// TIFFs that are open, the last used of them: sources may be more than a process may open.
 /// Thread-safe.
 class OpenTiffs {

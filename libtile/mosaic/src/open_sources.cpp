@@ -1,7 +1,7 @@
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
+#include <atomic>
 #include <optional>
+#include <thread>
 
 #include "agreement.h"
 #include "nadir/gdal/raster.h"
@@ -9,6 +9,7 @@
 #include "overlap.h"
 #include "readers.h"
 #include "source_list.h"
+#include "twin_headers.h"
 
 namespace nadir::mosaic {
 namespace {
@@ -19,7 +20,16 @@ constexpr std::uint64_t gdal_cache_bytes = 32 << 20;
 /// The headers of all, or the error of the first that has one.
 Result<std::vector<RasterHeader>> read_headers(const std::vector<NamedRaster>& rasters) {
   std::vector<std::optional<Result<RasterHeader>>> found(rasters.size());
-  tbb::parallel_for(std::size_t{0}, rasters.size(), [&](std::size_t i) { found[i] = read_header(rasters[i]); });
+  TwinHeaders twins;
+  std::atomic<std::size_t> next{0};
+  const auto read_some = [&] {
+    for (std::size_t i = next++; i < rasters.size(); i = next++) found[i] = twins.read(rasters[i]);
+  };
+  std::vector<std::thread> helpers;
+  const std::size_t most_helpers = std::max(1u, std::thread::hardware_concurrency()) - 1;
+  while (helpers.size() < std::min(most_helpers, rasters.size() - 1)) helpers.emplace_back(read_some);
+  read_some();
+  for (std::thread& helper : helpers) helper.join();
   std::vector<RasterHeader> headers;
   for (auto& header : found) {
     if (!*header) return fail(*header);

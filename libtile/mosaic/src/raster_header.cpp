@@ -82,7 +82,11 @@ std::optional<TiffLayout> find_layout(const RasterHeader& header) {
   if (!fits(layout.image_directory) || format.samples != header.bands.size()) return std::nullopt;
   for (const BandHeader& band : header.bands)
     if (band.complex || band.sample != tiff::decoded_sample(format)) return std::nullopt;
-  layout.image_directory.fields.clear();
+  const auto without_places = [](tiff::Directory& directory) {
+    directory.fields.clear();
+    directory.offsets = directory.byte_counts = {};
+  };
+  without_places(layout.image_directory);
 
   if (!header.masked) return layout;
   if (has_external_mask(header.file.path)) return std::nullopt;
@@ -93,7 +97,7 @@ std::optional<TiffLayout> find_layout(const RasterHeader& header) {
       return std::nullopt;
     layout.mask = i;
     layout.mask_directory = mask;
-    layout.mask_directory.fields.clear();
+    without_places(layout.mask_directory);
     return layout;
   }
   return std::nullopt;
@@ -122,7 +126,7 @@ Result<RasterHeader> read_header(const NamedRaster& raster) {
   RasterHeader header;
   header.file = SourceFile::look_at(raster.path, raster.label);
   header.memory = raster.memory;
-  auto dataset = gdal::open_raster(raster.path);
+  auto dataset = open_dataset(raster.path);
   if (!dataset) {
     if (!raster.memory && raster.path == raster.label) return fail(dataset);
     return fail(dataset.error().kind,

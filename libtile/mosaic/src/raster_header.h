@@ -28,7 +28,7 @@ struct NamedRaster {
 struct TiffLayout {
   std::uint32_t image = 0;  // index of the directory
   std::optional<std::uint32_t> mask;
-  tiff::Directory image_directory, mask_directory;  // without fields
+  tiff::Directory image_directory, mask_directory;  // as of all files like it: without fields and places
 };
 
 struct BandHeader {

@@ -66,7 +66,7 @@ class SourceList {
 
  private:
   Result<void> add_folder(const std::string& name) {
-    if (zoom_ || holds_tiles(name)) {
+    if (holds_tiles(name) || (zoom_ && rasters_in(name).empty())) {
       const auto xml = virtual_raster_of_tiles(name, zoom_);
       if (!xml) return fail(xml);
       auto memory = std::make_shared<const MemoryFile>(*xml);

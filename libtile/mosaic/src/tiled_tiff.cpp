@@ -2,6 +2,7 @@
 #include <cstring>
 
 #include "block_source.h"
+#include "thread_memory.h"
 #include "tiff_rows.h"
 
 namespace nadir::mosaic {
@@ -64,6 +65,8 @@ class TiledTiff : public BlockSource {
 Result<void> TiledTiff::decode(Block& block) const {
   static thread_local std::vector<std::byte> packed, together;
   static thread_local std::vector<std::uint8_t> mask;
+  const ThreadMemory packed_memory(packed), together_memory(together);
+  const ThreadMemory mask_memory(mask);
   const auto tiff = shared_->tiffs.get(file_);
   if (!tiff) return fail(tiff);
   const Window& w = block.window();
@@ -168,6 +171,7 @@ Result<void> TiledTiff::decode_mask(const tiff::TiffFile& tiff, std::uint32_t co
                           static_cast<std::int32_t>(std::min(format.tile_width, directory.width - x)),
                           static_cast<std::int32_t>(std::min(format.tile_height, directory.height - y))});
   static thread_local std::vector<std::byte> packed;
+  const ThreadMemory packed_memory(packed);
   const Window& w = block.window();
   const auto texels = static_cast<std::size_t>(w.width);
   const auto bytes = packed_tile(tiff, {*layout_.mask, 0, col, row}, packed);

@@ -43,7 +43,6 @@ Result<void> unpack(const TileFormat& format, std::span<const std::byte> packed,
     case Codec::None:
       break;
   }
-  if (packed.size() < out.size()) return damaged(fmt::format("{} bytes of {}", packed.size(), out.size()));
   std::copy_n(packed.begin(), out.size(), out.begin());
   return {};
 }
@@ -88,6 +87,9 @@ Result<void> decode_tile(const TileFormat& format, std::span<const std::byte> pa
     return {};
   }
 
+  // Before memory is taken: a strip that is not packed may claim any height.
+  if (format.codec == Codec::None && packed.size() < format.tile_bytes())
+    return damaged(fmt::format("{} bytes of {}", packed.size(), format.tile_bytes()));
   const std::span<std::byte> unpacked = unpacked_scratch.take(static_cast<std::size_t>(format.tile_bytes()));
   if (auto ok = unpack(format, packed, unpacked); !ok) return ok;
   // A row of its own for what is restored: rows of odd widths start anywhere.

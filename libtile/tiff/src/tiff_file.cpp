@@ -329,7 +329,8 @@ Result<Directory> TiffFile::read_directory(std::uint64_t place, std::uint64_t& n
     return unsupported("WebP of other than 3 or 4 bands");
   if (format.codec == Codec::Jpeg && format.samples_together() > 4) return unsupported("JPEG of more than 4 bands");
   // All of an image may be one strip, of which parts are read where nothing has to be unpacked.
-  if (format.tile_bytes() > most_tile_bytes && !(strips && rows_lie_as_decoded(format)))
+  if (format.row_bytes() > most_tile_bytes ||
+      (format.tile_bytes() > most_tile_bytes && !(strips && rows_lie_as_decoded(format))))
     return unsupported("its tiles are too large");
   if (const Field* extra = directory.field(338)) {
     const auto kinds = numbers(*extra);
