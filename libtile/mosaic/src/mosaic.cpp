@@ -45,6 +45,28 @@ bool has_control_points_only(const Source& source) {
          source.description().georeference_problem.find("control points") != std::string::npos;
 }
 
+/// The coarsest overview of a raster that is still at least as fine as the mosaic; null where that is the raster
+/// itself. Others' overviews of decibels need not be means of power, and those of labels may be anything.
+std::shared_ptr<const Source> find_overview(const std::vector<std::shared_ptr<const Source>>& overviews,
+                                            const Placement& placement, const Source& full,
+                                            const PlacementOptions& options) {
+  if (options.interpolation == Interpolation::Nearest || options.power || placement.shift()) return nullptr;
+  std::shared_ptr<const Source> found;
+  for (const auto& overview : overviews)
+    if (static_cast<double>(full.width()) / static_cast<double>(overview->width()) <= placement.minification())
+      found = overview;
+  return found;
+}
+
+/// The grid of an overview of the raster that lies on `full`.
+Grid coarser(Grid full, const Source& overview) {
+  full.crs_from_texel.scale(Eigen::Vector2d(static_cast<double>(full.width) / static_cast<double>(overview.width()),
+                                            static_cast<double>(full.height) / static_cast<double>(overview.height())));
+  full.width = overview.width();
+  full.height = overview.height();
+  return full;
+}
+
 }  // namespace
 
 Result<Mosaic> Mosaic::lay_out(Sources sources, const MosaicOptions& options) {
@@ -85,9 +107,15 @@ Result<void> Mosaic::lay_onto_grid(const MosaicOptions& options) {
   height_ = static_cast<std::int32_t>(grid->height);
   for (std::size_t i = 0; i < grids->size(); ++i) {
     auto placement = Placement::create(*grid, (*grids)[i], options.placement);
+    std::shared_ptr<const Source> source = sources_.rasters[i];
+    if (placement)
+      if (const auto overview = find_overview(sources_.overviews[i], *placement, *source, options.placement)) {
+        source = overview;
+        placement = Placement::create(*grid, coarser((*grids)[i], *overview), options.placement);
+      }
     if (!placement) return fail(placement.error().kind, fmt::format("{}: {}", labels[i], placement.error().message));
     const Window covered = placement->covered();
-    layers_.push_back({sources_.rasters[i], std::move(*placement), covered});
+    layers_.push_back({std::move(source), std::move(*placement), covered});
   }
   if (std::all_of(layers_.begin(), layers_.end(), [](const Layer& l) { return l.covered.width == 0; }))
     return fail(Error::Kind::NotFound,

@@ -47,6 +47,23 @@ std::shared_ptr<const Source> make_source(const RasterHeader& header, const Read
   return make_gdal_source(header, reading, shared);
 }
 
+/// Coarser levels that a raster brings along, finest first; those that are decoded here.
+std::vector<std::shared_ptr<const Source>> make_overviews(const RasterHeader& header, const Reading& reading,
+                                                          const std::shared_ptr<Shared>& shared) {
+  std::vector<std::shared_ptr<const Source>> overviews;
+  if (!header.tiff) return overviews;
+  for (const TiffLayout& layout : header.tiff->overviews) {
+    RasterHeader coarser = header;
+    coarser.tiff = layout;
+    tile::Level& level = coarser.description.levels.front();
+    level.width = static_cast<std::int32_t>(layout.image_directory.width);
+    level.height = static_cast<std::int32_t>(layout.image_directory.height);
+    coarser.description.levels.resize(1);
+    overviews.push_back(make_tiled_source(coarser, reading, shared));
+  }
+  return overviews;
+}
+
 }  // namespace
 
 Result<Sources> open_sources(const SourceOptions& options) {
@@ -60,8 +77,10 @@ Result<Sources> open_sources(const SourceOptions& options) {
   gdal::limit_block_cache(gdal_cache_bytes);
   Sources sources = std::move(agreement->map);
   const auto shared = std::make_shared<Shared>(options.cache_bytes);
-  for (const std::size_t i : stack(*headers, options.overlap, sources.warnings))
+  for (const std::size_t i : stack(*headers, options.overlap, sources.warnings)) {
     sources.rasters.push_back(make_source((*headers)[i], agreement->readings[i], shared));
+    sources.overviews.push_back(make_overviews((*headers)[i], agreement->readings[i], shared));
+  }
   return sources;
 }
 

@@ -64,6 +64,37 @@ bool has_external_mask(const std::string& path) {
   return std::filesystem::exists(path + ".msk", error) || std::filesystem::exists(path + ".MSK", error);
 }
 
+/// A directory as of all files like it.
+tiff::Directory without_places(tiff::Directory directory) {
+  directory.fields.clear();
+  directory.offsets = directory.byte_counts = {};
+  return directory;
+}
+
+/// The image at `index` with its mask, where it has to have one; empty where those are not decoded here.
+std::optional<TiffLayout> layout_of(const std::vector<tiff::Directory>& directories, std::uint32_t index,
+                                    const RasterHeader& header) {
+  TiffLayout layout;
+  layout.image = index;
+  layout.image_directory = without_places(directories[index]);
+  const tiff::TileFormat& format = layout.image_directory.format;
+  if (format.samples != header.bands.size()) return std::nullopt;
+  for (const BandHeader& band : header.bands)
+    if (band.complex || band.sample != tiff::decoded_sample(format)) return std::nullopt;
+  if (!header.masked) return layout;
+  for (std::uint32_t i = 1; i < directories.size(); ++i) {
+    const tiff::Directory &mask = directories[i], &image = directories[index];
+    if (!mask.mask || mask.reduced != image.reduced || mask.width != image.width || mask.height != image.height)
+      continue;
+    if (mask.format.samples != 1 || mask.format.bits > 8 || mask.format.number != tiff::Number::Unsigned)
+      return std::nullopt;
+    layout.mask = i;
+    layout.mask_directory = without_places(mask);
+    return layout;
+  }
+  return std::nullopt;
+}
+
 /// Empty where GDAL reads something else than what lies in the tiles, or where they are not decoded here.
 std::optional<TiffLayout> find_layout(const RasterHeader& header) {
   if (!header.file.on_disk || header.description.format != "GTiff" || header.every_band_masked) return std::nullopt;
@@ -72,35 +103,21 @@ std::optional<TiffLayout> find_layout(const RasterHeader& header) {
   const auto file = tiff::TiffFile::open(std::move(*bytes));
   if (!file) return std::nullopt;
   const auto& directories = (*file)->directories();
-  const tile::Level& size = header.description.levels.front();
-  const auto fits = [&](const tiff::Directory& d) {
-    return d.width == static_cast<std::uint32_t>(size.width) && d.height == static_cast<std::uint32_t>(size.height);
+  const tile::Level& full = header.description.levels.front();
+  const auto is_of_size = [](const tiff::Directory& d, const tile::Level& level) {
+    return d.width == static_cast<std::uint32_t>(level.width) && d.height == static_cast<std::uint32_t>(level.height);
   };
-  TiffLayout layout;
-  layout.image_directory = directories.front();
-  const tiff::TileFormat& format = layout.image_directory.format;
-  if (!fits(layout.image_directory) || format.samples != header.bands.size()) return std::nullopt;
-  for (const BandHeader& band : header.bands)
-    if (band.complex || band.sample != tiff::decoded_sample(format)) return std::nullopt;
-  const auto without_places = [](tiff::Directory& directory) {
-    directory.fields.clear();
-    directory.offsets = directory.byte_counts = {};
-  };
-  without_places(layout.image_directory);
-
-  if (!header.masked) return layout;
-  if (has_external_mask(header.file.path)) return std::nullopt;
-  for (std::uint32_t i = 1; i < directories.size(); ++i) {
-    const tiff::Directory& mask = directories[i];
-    if (!mask.mask || mask.reduced || !fits(mask)) continue;
-    if (mask.format.samples != 1 || mask.format.bits > 8 || mask.format.number != tiff::Number::Unsigned)
-      return std::nullopt;
-    layout.mask = i;
-    layout.mask_directory = mask;
-    without_places(layout.mask_directory);
-    return layout;
-  }
-  return std::nullopt;
+  if (!is_of_size(directories.front(), full) || (header.masked && has_external_mask(header.file.path)))
+    return std::nullopt;
+  auto layout = layout_of(directories, 0, header);
+  for (std::size_t k = 1; layout && k < header.description.levels.size(); ++k)
+    for (std::uint32_t i = 1; i < directories.size(); ++i)
+      if (directories[i].reduced && !directories[i].mask && is_of_size(directories[i], header.description.levels[k]))
+        if (auto overview = layout_of(directories, i, header)) {
+          layout->overviews.push_back(std::move(*overview));
+          break;
+        }
+  return layout;
 }
 
 /// GDAL decodes whole blocks, and a header may claim any size for them.

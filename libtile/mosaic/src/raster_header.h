@@ -29,6 +29,7 @@ struct TiffLayout {
   std::uint32_t image = 0;  // index of the directory
   std::optional<std::uint32_t> mask;
   tiff::Directory image_directory, mask_directory;  // as of all files like it: without fields and places
+  std::vector<TiffLayout> overviews;                // coarser levels in the same file, finest first
 };
 
 struct BandHeader {

@@ -4,6 +4,8 @@
 #include <array>
 #include <filesystem>
 
+#include "nadir/tiff/cog.h"
+
 namespace nadir::mosaic {
 namespace {
 
@@ -13,7 +15,7 @@ constexpr std::size_t most_known = 64;
 constexpr std::uint64_t most_bytes = 64 << 10;  // of fields: more is read once only, by GDAL
 
 /// Where data lie: that tells nothing of what they are.
-constexpr std::array<std::uint16_t, 4> places = {273, 279, 324, 325};
+constexpr std::array<std::uint16_t, 5> places = {273, 279, 324, 325, tag::tile_losses};
 
 std::uint64_t element_bytes(std::uint16_t type) {
   static constexpr std::array<std::uint64_t, 19> sizes = {0, 1, 1, 2, 4, 8, 1, 1, 2, 4, 8, 4, 8, 4, 0, 0, 8, 8, 8};

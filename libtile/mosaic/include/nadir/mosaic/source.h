@@ -70,6 +70,7 @@ class Source {
 /// All that goes into a map, bottom first, made equal.
 struct Sources {
   std::vector<std::shared_ptr<const Source>> rasters;
+  std::vector<std::vector<std::shared_ptr<const Source>>> overviews;  // of each raster, finest first; may be none
   TexelType type;
   std::vector<BandProperties> bands;   // alpha last
   std::vector<std::uint16_t> palette;  // 3 * 2^bits of red, all, then green, then blue, 0 to 65535; empty: none
