@@ -1,0 +1,227 @@
+#include "statistics.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "whole.h"
+
+namespace nadir::pyramid {
+namespace {
+
+using mosaic::samples_at, mosaic::valid_at;
+
+template <class T>
+constexpr bool is_small = std::is_integral_v<T> && sizeof(T) <= 2;
+
+/// Sums of powers of samples of a column: of small integers, less the least of their type, as what they are.
+template <class T>
+using Sum = std::conditional_t<is_small<T>, std::conditional_t<sizeof(T) == 1, std::uint32_t, std::uint64_t>,
+                               std::conditional_t<sizeof(T) <= 4, double, long double>>;  // long double: 64-bit
+                                                                                          // integers, and no overflow
+
+constexpr std::int32_t rows_of_bytes = 1 << 16;  // whose squares, 255^2 at most, fit 32 bits together
+
+template <class T>
+[[gnu::always_inline]] inline Sum<T> value_of(T sample) {
+  if constexpr (is_small<T>)
+    return static_cast<Sum<T>>(std::int32_t{sample} - std::numeric_limits<T>::min());
+  else
+    return static_cast<Sum<T>>(sample);
+}
+
+/// Adds a row to its columns: the order of additions is that of rows, whatever the kernel.
+template <class T>
+struct AddRow {
+  [[gnu::always_inline]] static void run(const T* row, Sum<T>* sums, Sum<T>* squares, T* least, T* greatest,
+                                         std::size_t samples) {
+    for (std::size_t i = 0; i < samples; ++i) {
+      const Sum<T> value = value_of(row[i]);
+      sums[i] += value;
+      if constexpr (is_small<T>) squares[i] += value * value;
+    }
+    for (std::size_t i = 0; i < samples; ++i) {
+      least[i] = std::min(least[i], row[i]);
+      greatest[i] = std::max(greatest[i], row[i]);
+    }
+  }
+};
+
+/// Adds squares of differences from the means of columns' bands.
+template <class T>
+struct AddDifferences {
+  [[gnu::always_inline]] static void run(const T* row, const Sum<T>* means, Sum<T>* squares, std::size_t samples) {
+    for (std::size_t i = 0; i < samples; ++i) {
+      const Sum<T> d = value_of(row[i]) - means[i];
+      squares[i] += d * d;
+    }
+  }
+};
+
+template <class T>
+class WindowStatistics {
+ public:
+  WindowStatistics(const TexelType& type, const Block& block, const Window& window)
+      : type_(type),
+        validity_(type),
+        block_(block),
+        window_(window),
+        bands_(static_cast<std::size_t>(type.bands)),
+        columns_(static_cast<std::size_t>(window.width)),
+        samples_(columns_ * bands_),
+        sums_(samples_),
+        squares_(samples_),
+        least_(samples_, std::numeric_limits<T>::max()),
+        greatest_(samples_, std::numeric_limits<T>::lowest()),
+        counts_(samples_),
+        bands_found_(bands_) {}
+
+  std::vector<BandStatistics> run() {
+    for (std::int32_t y = window_.y; y < window_.y + window_.height; ++y) {
+      add_row(y);
+      if ((y - window_.y) % rows_of_bytes == rows_of_bytes - 1) collect();
+    }
+    collect();
+    if constexpr (!is_small<T>) add_differences();
+    std::vector<BandStatistics> all(static_cast<std::size_t>(type_.data_bands()));
+    for (std::size_t b = 0; b < all.size(); ++b) all[b] = result(bands_found_[b]);
+    return all;
+  }
+
+ private:
+  using Total = std::conditional_t<is_small<T>, std::uint64_t, Sum<T>>;
+  struct Found {
+    std::uint64_t count = 0;
+    T least = std::numeric_limits<T>::max(), greatest = std::numeric_limits<T>::lowest();
+    Total sum = 0, squares = 0;
+  };
+
+  /// Whether all samples of a row count; else which ones do.
+  bool look_at(std::int32_t y, const T* row) {
+    const std::uint8_t* valid = valid_at(block_, window_.x, y);
+    if (is_whole(type_, validity_, row, valid, columns_) && all_finite(row, samples_)) return true;
+    find_valid(validity_, type_, row, valid, columns_, counts_.data());
+    return false;
+  }
+
+  void add_row(std::int32_t y) {
+    const T* row = samples_at<T>(block_, type_, window_.x, y);
+    if (look_at(y, row)) {
+      pyramid::run<AddRow<T>>(row, sums_.data(), squares_.data(), least_.data(), greatest_.data(), samples_);
+      for (Found& band : bands_found_) band.count += columns_;
+      return;
+    }
+    for (std::size_t x = 0, i = 0; x < columns_; ++x)
+      for (std::size_t b = 0; b < bands_; ++b, ++i) {
+        if (!counts_[i]) continue;
+        AddRow<T>::run(row + i, &sums_[i], &squares_[i], &least_[i], &greatest_[i], 1);
+        ++bands_found_[b].count;
+      }
+  }
+
+  void collect() {
+    for (std::size_t x = 0, i = 0; x < columns_; ++x)
+      for (std::size_t b = 0; b < bands_; ++b, ++i) {
+        Found& band = bands_found_[b];
+        band.sum += sums_[i];
+        band.squares += squares_[i];
+        band.least = std::min(band.least, least_[i]);
+        band.greatest = std::max(band.greatest, greatest_[i]);
+      }
+    std::fill(sums_.begin(), sums_.end(), Sum<T>{});
+    std::fill(squares_.begin(), squares_.end(), Sum<T>{});
+  }
+
+  void add_differences() {
+    std::vector<Sum<T>> means(samples_);
+    for (std::size_t i = 0; i < samples_; ++i) {
+      const Found& band = bands_found_[i % bands_];
+      means[i] = band.count == 0 ? 0 : band.sum / static_cast<Sum<T>>(band.count);
+    }
+    for (std::int32_t y = window_.y; y < window_.y + window_.height; ++y) {
+      const T* row = samples_at<T>(block_, type_, window_.x, y);
+      if (look_at(y, row)) {
+        pyramid::run<AddDifferences<T>>(row, static_cast<const Sum<T>*>(means.data()), squares_.data(), samples_);
+        continue;
+      }
+      for (std::size_t i = 0; i < samples_; ++i)
+        if (counts_[i]) AddDifferences<T>::run(row + i, &means[i], &squares_[i], 1);
+    }
+    for (std::size_t i = 0; i < samples_; ++i) bands_found_[i % bands_].squares += squares_[i];
+  }
+
+  static BandStatistics result(const Found& band) {
+    if (band.count == 0) return {};
+    const auto n = static_cast<long double>(band.count);
+    BandStatistics s{band.count, static_cast<double>(band.least), static_cast<double>(band.greatest), 0, 0};
+    if constexpr (is_small<T>) {
+      // Whole numbers below 2^128: no digit is lost where the squares' sum and the mean's square are alike.
+      const auto sum = static_cast<unsigned __int128>(band.sum);
+      const unsigned __int128 scatter = static_cast<unsigned __int128>(band.squares) * band.count - sum * sum;
+      s.mean = static_cast<double>(static_cast<long double>(band.sum) / n + std::numeric_limits<T>::min());
+      s.sum_of_squares = static_cast<double>(static_cast<long double>(scatter) / n);
+    } else {
+      s.mean = static_cast<double>(static_cast<long double>(band.sum) / n);
+      s.sum_of_squares = static_cast<double>(
+          std::min<long double>(static_cast<long double>(band.squares), std::numeric_limits<double>::max()));
+    }
+    return s;
+  }
+
+  const TexelType& type_;
+  const mosaic::Validity<T> validity_;
+  const Block& block_;
+  const Window window_;
+  const std::size_t bands_, columns_, samples_;
+  std::vector<Sum<T>> sums_, squares_;  // a column and band each
+  std::vector<T> least_, greatest_;
+  std::vector<std::uint8_t> counts_;
+  std::vector<Found> bands_found_;
+};
+
+}  // namespace
+
+void BandStatistics::add(const BandStatistics& other) {
+  if (other.count == 0) return;
+  if (count == 0) {
+    *this = other;
+    return;
+  }
+  // Wider than a double, so that no square of a difference overflows.
+  const auto n = static_cast<long double>(count), m = static_cast<long double>(other.count);
+  const long double difference = static_cast<long double>(other.mean) - static_cast<long double>(mean);
+  const long double squares = static_cast<long double>(sum_of_squares) +
+                              static_cast<long double>(other.sum_of_squares) +
+                              difference * difference * (n * m / (n + m));
+  minimum = std::min(minimum, other.minimum);
+  maximum = std::max(maximum, other.maximum);
+  mean = static_cast<double>(static_cast<long double>(mean) + difference * (m / (n + m)));
+  sum_of_squares = static_cast<double>(std::min<long double>(squares, std::numeric_limits<double>::max()));
+  count += other.count;
+}
+
+std::vector<BandStatistics> statistics(const TexelType& type, const Block& block, const Window& window) {
+  return tiff::with_sample(type.sample, [&]<class T>(T) { return WindowStatistics<T>(type, block, window).run(); });
+}
+
+bool empty(const TexelType& type, const Block& block, const Window& window) {
+  if (!type.mask && !type.alpha && !type.nodata) return false;
+  return tiff::with_sample(type.sample, [&]<class T>(T) {
+    const mosaic::Validity<T> validity(type);
+    const bool nan_is_nodata = type.nodata && std::isnan(*type.nodata);
+    const auto holds_data = [&](T sample) {
+      if (nan_is_nodata) return sample == sample;
+      return !validity.has_nodata() || sample != validity.nodata();
+    };
+    for (std::int32_t y = window.y; y < window.y + window.height; ++y) {
+      const T* texel = samples_at<T>(block, type, window.x, y);
+      const std::uint8_t* valid = valid_at(block, window.x, y);
+      for (std::int32_t x = 0; x < window.width; ++x, texel += type.bands) {
+        if (!validity.texel(texel, valid ? valid + x : nullptr)) continue;
+        if (std::any_of(texel, texel + type.data_bands(), holds_data)) return false;
+      }
+    }
+    return true;
+  });
+}
+
+}  // namespace nadir::pyramid
