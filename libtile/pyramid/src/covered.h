@@ -46,7 +46,6 @@ class MeanOfPower {
     total_ += weight;
   }
   bool valid() const { return sum_ > 0 && total_ > 0; }  // negative lobes may leave no power
-  double total() const { return total_; }
   double mean() const {
     constexpr double decibels_per_octave = 3.0102999566398120;  // 10 log10(2)
     const double top = scale_ < 0 ? least_ : greatest_;
@@ -100,8 +99,8 @@ class CoveredTexel {
 
  private:
   struct Part {
-    const T* texel = nullptr;  // null: it does not count
-    double weight = 1;         // by opacity
+    const T* texel = nullptr;    // null: it does not count
+    mosaic::Mean<T> weight = 1;  // by opacity
     bool masked = false;
   };
 
@@ -127,7 +126,7 @@ class CoveredTexel {
           }
         if (first == T{}) first = alpha;
         alike &= alpha == first;
-        part.weight = static_cast<double>(alpha);
+        part.weight = static_cast<mosaic::Mean<T>>(alpha);
       }
     }
     blended_ = pair_.type.alpha && !alike && pair_.reduction.filter != Filter::Mode;
@@ -204,8 +203,8 @@ class CoveredTexel {
       for (int dy = 0; dy < down_.count; ++dy) {
         const Part& part = part_at(dx, dy);
         if (!part.texel || !validity_.sample(part.texel[b])) continue;
-        take(part.texel[b],
-             across_.parts[static_cast<std::size_t>(dx)] * (down_.parts[static_cast<std::size_t>(dy)] * part.weight));
+        take(part.texel[b], across_.parts[static_cast<std::size_t>(dx)] *
+                                (down_.parts[static_cast<std::size_t>(dy)] * static_cast<double>(part.weight)));
       }
   }
 

@@ -104,7 +104,8 @@ class KernelFilter {
 
   static bool is_number(Mean<T> value) { return value - value == 0; }
 
-  /// One texel from what counts: the box says whether it holds data, and stands in where too little is left.
+  /// One texel from what counts: the box says whether it holds data, and stands in where negative weights have more
+  /// than a third of the positive ones.
   bool reduce_texel(std::int32_t x, std::int32_t y, const Taps& across, const Taps& down, T* out) {
     const bool held = texel_.reduce(x, y, out);
     if (!held) return false;
@@ -113,7 +114,7 @@ class KernelFilter {
     return true;
   }
 
-  /// Calls `take(sample, weight, opacity)` for all samples of a band that count.
+  /// Calls `take(sample, weight)` for all samples of a band that count.
   template <class Take>
   void for_each(std::size_t b, const Taps& across, const Taps& down, Take&& take) const {
     const auto data_bands = static_cast<std::size_t>(pair_.type.data_bands());
@@ -123,39 +124,38 @@ class KernelFilter {
       const std::uint8_t* valid = valid_at(fine_, across.first, y);
       for (std::size_t i = 0; i < across.weights.size(); ++i, texel += bands_) {
         if (!validity_.texel(texel, valid ? valid + i : nullptr) || !validity_.sample(texel[b])) continue;
-        long double opacity = 1;
+        long double weight = static_cast<long double>(down.weights[j]) * static_cast<long double>(across.weights[i]);
         if (pair_.type.alpha)
-          opacity =
+          weight *=
               static_cast<long double>(texel[data_bands]) / static_cast<long double>(mosaic::Validity<T>::opaque());
-        if (!(opacity <= std::numeric_limits<long double>::max())) continue;
-        take(texel[b], static_cast<long double>(down.weights[j]) * static_cast<long double>(across.weights[i]),
-             opacity);
+        if (std::abs(weight) <= std::numeric_limits<long double>::max()) take(texel[b], weight);
       }
     }
   }
 
   void weigh(std::size_t b, const Taps& across, const Taps& down, T& out) const {
-    long double sum = 0, total = 0, greatest = 0;
-    for_each(b, across, down, [&](T sample, long double weight, long double opacity) {
-      sum += weight * opacity * static_cast<long double>(sample);
-      total += weight * opacity;
-      greatest = std::max(greatest, opacity);
+    long double sum = 0, total = 0, size = 0;
+    for_each(b, across, down, [&](T sample, long double weight) {
+      sum += weight * static_cast<long double>(sample);
+      total += weight;
+      size += std::abs(weight);
     });
-    if (total >= greatest / 2) out = to_sample<T>(static_cast<Mean<T>>(sum / total), validity_);
+    if (total >= size / 2) out = to_sample<T>(static_cast<Mean<T>>(sum / total), validity_);
   }
 
   void weigh_power(std::size_t b, const Taps& across, const Taps& down, T& out) const {
     MeanOfPower power(pair_.reduction, b);
-    double greatest = 0;
-    for_each(b, across, down, [&](T sample, long double, long double opacity) {
+    long double total = 0, size = 0;
+    for_each(b, across, down, [&](T sample, long double weight) {
       power.look_at(static_cast<double>(sample));
-      greatest = std::max(greatest, static_cast<double>(opacity));
+      total += weight;
+      size += std::abs(weight);
     });
-    for_each(b, across, down, [&](T sample, long double weight, long double opacity) {
-      power.add(static_cast<double>(sample), static_cast<double>(weight * opacity));
+    if (total < size / 2) return;
+    for_each(b, across, down, [&](T sample, long double weight) {
+      power.add(static_cast<double>(sample), static_cast<double>(weight));
     });
-    if (power.valid() && power.total() >= greatest / 2)
-      out = to_sample<T>(static_cast<Mean<T>>(power.mean()), validity_);
+    if (power.valid()) out = to_sample<T>(static_cast<Mean<T>>(power.mean()), validity_);
   }
 
   const LevelPair& pair_;
