@@ -110,4 +110,18 @@ inline const std::uint8_t* valid_at(const Block& block, std::int32_t x, std::int
   return block.masked() ? block.valid_row(y) + (x - block.window().x) : nullptr;
 }
 
+/// Whether all samples of a window count in full.
+template <class T>
+bool is_whole(const TexelType& type, const Block& block, const Window& window) {
+  const Validity<T> validity(type);
+  if (validity.always()) return true;
+  for (std::int32_t y = window.y; y < window.y + window.height; ++y) {
+    const T* texel = samples_at<T>(block, type, window.x, y);
+    const std::uint8_t* valid = valid_at(block, window.x, y);
+    for (std::int32_t x = 0; x < window.width; ++x, texel += type.bands, valid += valid ? 1 : 0)
+      if (!validity.whole(texel, valid)) return false;
+  }
+  return true;
+}
+
 }  // namespace nadir::mosaic
