@@ -1,5 +1,3 @@
-#include "reduction.h"
-
 #include <gtest/gtest.h>
 
 #include <array>
@@ -10,77 +8,16 @@
 #include <map>
 #include <numbers>
 #include <random>
-#include <set>
+#include <tuple>
 
-#include "halve.h"
-#include "stretch.h"
-#include "taps.h"
-#include "whole.h"
+#include "pyramid/blocks.h"
+#include "reduction.h"
 
 namespace nadir::pyramid {
 namespace {
 
-using tiff::Sample;
-
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-
-/// How the texels of a test tell what is missing.
-enum class Holes { None, Mask, Nodata, Alpha, AlphaAndMask };
-constexpr std::array all_holes = {Holes::None, Holes::Mask, Holes::Nodata, Holes::Alpha, Holes::AlphaAndMask};
 constexpr std::array all_filters = {Filter::Box, Filter::Gaussian, Filter::Lanczos, Filter::Nearest, Filter::Mode};
-constexpr std::array all_samples = {Sample::U8,  Sample::I8,  Sample::U16, Sample::I16, Sample::U32,
-                                    Sample::I32, Sample::U64, Sample::I64, Sample::F32, Sample::F64};
 constexpr std::array<LevelSize, 7> all_sizes = {{{24, 16}, {23, 17}, {24, 11}, {13, 8}, {1, 9}, {2, 1}, {1, 1}}};
-
-LevelSize half(LevelSize fine) { return {fine.width - fine.width / 2, fine.height - fine.height / 2}; }
-Window all_of(LevelSize size) { return {0, 0, size.width, size.height}; }
-
-TexelType texel_type(Sample sample, int bands, Holes holes) {
-  TexelType type{sample, bands, holes == Holes::Alpha || holes == Holes::AlphaAndMask,
-                 holes == Holes::Mask || holes == Holes::AlphaAndMask, std::nullopt};
-  if (holes == Holes::Nodata) type.nodata = 7;
-  return type;
-}
-
-template <class T>
-T& sample_at(Block& block, const TexelType& type, std::int32_t x, std::int32_t y, int band) {
-  return reinterpret_cast<T*>(block.row(y))[(x - block.window().x) * type.bands + band];
-}
-template <class T>
-T sample_at(const Block& block, const TexelType& type, std::int32_t x, std::int32_t y, int band) {
-  return sample_at<T>(const_cast<Block&>(block), type, x, y, band);
-}
-
-/// Samples over the whole range of small types and over many steps of others; about `missing` of 8 texels hold nothing.
-Block random_block(const TexelType& type, const Window& window, unsigned seed, unsigned missing, unsigned values = 0) {
-  std::mt19937 random(seed);
-  Block block(type, window);
-  tiff::with_sample(type.sample, [&]<class T>(T) {
-    for (std::int32_t y = window.y; y < window.y + window.height; ++y) {
-      for (std::int32_t x = window.x; x < window.x + window.width; ++x) {
-        const bool hole = random() % 8 < missing;
-        for (int b = 0; b < type.bands; ++b) {
-          const std::uint64_t bits = (std::uint64_t{random()} << 32) | random();
-          T& sample = sample_at<T>(block, type, x, y, b);
-          if constexpr (std::is_floating_point_v<T>)
-            sample = static_cast<T>(static_cast<double>(static_cast<std::int64_t>(bits)) * 0x1p-50);
-          else
-            sample = static_cast<T>(bits);
-          if (values > 0) sample = static_cast<T>(bits % values);
-          if (type.nodata && (hole || random() % 16 < missing)) sample = static_cast<T>(*type.nodata);
-          if (std::is_floating_point_v<T> && missing > 0 && random() % 16 == 0)
-            sample = static_cast<T>(random() % 2 ? nan : -std::numeric_limits<double>::infinity());
-          if (type.alpha && b == type.bands - 1) {
-            const T opaque = mosaic::Validity<T>::opaque();
-            sample = hole ? T{} : random() % 2 ? opaque : static_cast<T>(opaque / static_cast<T>(3));
-          }
-        }
-        if (block.masked()) block.valid_row(y)[x - window.x] = hole && random() % 2 ? 0 : 255;
-      }
-    }
-  });
-  return block;
-}
 
 std::string name_of(Filter filter, const TexelType& type, LevelSize size) {
   return std::string(to_string(filter)) + " sample " + std::to_string(static_cast<int>(type.sample)) + " bands " +
@@ -117,7 +54,8 @@ struct WeightedTexel {
 };
 
 /// Weights along one axis; `box`: by covered length, whatever the filter.
-std::map<std::int32_t, long double> oracle_axis(Filter filter, std::int32_t fine, std::int32_t coarse, std::int32_t i) {
+std::map<std::int32_t, long double> make_oracle_axis(Filter filter, std::int32_t fine, std::int32_t coarse,
+                                                     std::int32_t i) {
   const long double step = static_cast<long double>(fine) / coarse, centre = (i + 0.5L) * step;
   std::map<std::int32_t, long double> weights;
   for (std::int32_t j = 0; j < fine; ++j) {
@@ -139,6 +77,15 @@ std::map<std::int32_t, long double> oracle_axis(Filter filter, std::int32_t fine
   for (const auto& [j, weight] : weights) sum += weight;
   for (auto& [j, weight] : weights) weight /= sum;
   return weights;
+}
+
+/// The same, made once.
+const std::map<std::int32_t, long double>& oracle_axis(Filter filter, std::int32_t fine, std::int32_t coarse,
+                                                       std::int32_t i) {
+  static std::map<std::tuple<Filter, std::int32_t, std::int32_t>, std::map<std::int32_t, long double>> made;
+  const auto [it, first] = made.try_emplace({filter, fine, i});
+  if (first) it->second = make_oracle_axis(filter, fine, coarse, i);
+  return it->second;
 }
 
 template <class T>

@@ -3,7 +3,7 @@
 #include <cstring>
 
 #include "halve.h"
-#include "stretch.h"
+#include "row_kernels.h"
 #include "whole.h"
 
 namespace nadir::pyramid {
@@ -79,8 +79,7 @@ class CoverFilter {
     }
     const std::size_t samples = count * bands_;
     if (nearest) {
-      for (std::size_t i = 0; i < count; ++i)
-        std::memcpy(out + i * bands_, from[0] + 2 * i * bands_, bands_ * sizeof(T));
+      pyramid::run<EverySecond<T>>(from[0], out, count, bands_);
       return all_finite(out, samples);
     }
     if constexpr (std::is_integral_v<T>) {

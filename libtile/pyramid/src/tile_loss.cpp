@@ -116,6 +116,8 @@ class TileLoss {
       for (std::size_t x = 0; x < columns_; ++x) expanded_[x] = row[parents_[x]];
     else if (bands_ == 3)
       copy_texels<3>(row);
+    else if (bands_ == 4)
+      copy_texels<4>(row);
     else
       copy_texels<0>(row);
     parents_whole_ = is_whole(type_, validity_, row, valid, parents) && all_finite(row, parents * bands_);

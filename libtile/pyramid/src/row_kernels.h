@@ -78,6 +78,22 @@ struct MeanOfColumns {
   }
 };
 
+/// Every second texel of a row, from the first on.
+template <class T>
+struct EverySecond {
+  template <std::size_t Bands>
+  [[gnu::always_inline]] static void run_bands(const T* row, T* out, std::size_t texels, std::size_t any_bands) {
+    const std::size_t bands = Bands == 0 ? any_bands : Bands;
+    for (std::size_t i = 0; i < texels; ++i)
+      for (std::size_t b = 0; b < bands; ++b) out[i * bands + b] = row[2 * i * bands + b];
+  }
+  [[gnu::always_inline]] static void run(const T* row, T* out, std::size_t texels, std::size_t bands) {
+    if (bands == 1) return run_bands<1>(row, out, texels, 1);
+    if (bands == 3) return run_bands<3>(row, out, texels, 3);
+    run_bands<0>(row, out, texels, bands);
+  }
+};
+
 /// The most frequent of 2x2 integers, the least of those.
 template <class T>
 struct ModeOf4 {
