@@ -16,23 +16,20 @@ struct Reduction {
   std::vector<double> scale, offset;  // a data band's decibels = sample * scale + offset; empty: 1, 0
 };
 
-/// The samples along one axis of the finer level that one sample of the coarser comes from.
-struct Taps {
-  std::int32_t first = 0;
-  std::vector<double> weights;  // sum 1
-};
-
-/// Taps of the coarser level's samples from `begin` to `end`; both levels span the same ground.
-std::vector<Taps> taps(Filter filter, std::int32_t fine, std::int32_t coarse, std::int32_t begin, std::int32_t end);
-
 /// Makes windows of one level from those of the level before, whose size is twice its own, or one less.
 ///
 /// Both levels span the same ground, so that a texel of the coarser one covers fractions where a size is odd and the
 /// far edge stays. What is invalid (masked, nodata, NaN, infinite) has no part in a mean; colours are weighted by
 /// alpha; where nothing is valid the texel is as mosaic::clear makes it. Integers are rounded to nearest, halves up,
 /// and never onto nodata.
+/// Error of a mean: half a step of an integer type, and no more (of 32 bits on odd sizes: and 2^-19 of a step).
 /// A texel depends on the samples it is made from alone, not on the window it is made in: any division of a level into
 /// windows, and any kernel, gives the same bits.
+///
+/// Box: the mean by area. Gaussian: standard deviation of 1/2 coarser texel, cut off at 3/2. Lanczos: of radius 3;
+/// overshoot ends with the type. Both over what is valid, and only where the box holds something valid; where gaps leave
+/// negative weights more than a third of the positive ones, the box's mean. Nearest: the texel that holds the centre, of two the lower one.
+/// Mode: the value with the greatest valid area, of equals the least; opacity is averaged by area nevertheless.
 /// Thread-safe.
 class Reducer {
  public:
@@ -55,8 +52,6 @@ class Reducer {
   void loss(const Block& fine, const Window& tile, const Block& coarse, std::span<float> loss) const;
 
  private:
-  bool is_plain_box() const;
-
   TexelType type_;
   Reduction reduction_;
   LevelSize fine_, coarse_;

@@ -1,104 +1,182 @@
 #include "statistics.h"
 
 #include <algorithm>
+#include <cmath>
 
-#include "byte_sums.h"
-#include "nadir/mosaic/validity.h"
+#include "whole.h"
 
 namespace nadir::pyramid {
 namespace {
 
-using mosaic::is_whole, mosaic::Validity, mosaic::samples_at, mosaic::valid_at;
+using mosaic::samples_at, mosaic::valid_at;
 
-/// From whole sums over samples that all count, of values from which `bias` is to be taken.
-BandStatistics from_sums(std::uint64_t count, double minimum, double maximum, std::uint64_t sum, std::uint64_t squares,
-                         std::int64_t bias) {
-  const auto n = static_cast<long double>(count), s = static_cast<long double>(sum);
-  return {count, minimum, maximum, static_cast<double>(s / n - static_cast<long double>(bias)),
-          static_cast<double>(std::max(0.0L, static_cast<long double>(squares) - s * s / n))};
-}
-
-/// Bytes that all count: column by column, which is fast.
-std::vector<BandStatistics> of_bytes(const TexelType& type, const Block& block, const Window& window) {
-  const auto bands = static_cast<std::size_t>(type.bands);
-  const std::size_t samples = static_cast<std::size_t>(window.width) * bands;
-  std::vector<std::uint32_t> sums(samples, 0), squares(samples, 0);
-  std::vector<std::uint8_t> least(samples, 255), most(samples, 0);
-  const ByteColumns columns{sums.data(), squares.data(), least.data(), most.data()};
-  const auto row = [&](std::int32_t y) { return samples_at<std::uint8_t>(block, type, window.x, y); };
-  std::int32_t y = window.y;
-  const std::int32_t end = window.y + window.height;
-  for (; y + 4 <= end; y += 4) add_four_rows({row(y), row(y + 1), row(y + 2), row(y + 3)}, samples, columns);
-  for (; y < end; ++y) scalar::add_row(row(y), 0, samples, columns);
-
-  std::vector<BandStatistics> all(static_cast<std::size_t>(type.data_bands()));
-  const auto count = static_cast<std::uint64_t>(window.width) * static_cast<std::uint64_t>(window.height);
-  for (std::size_t b = 0; b < all.size(); ++b) {
-    std::uint64_t sum = 0, square = 0;
-    std::uint8_t low = 255, high = 0;
-    for (std::size_t i = b; i < samples; i += bands) {
-      sum += sums[i];
-      square += squares[i];
-      low = std::min(low, least[i]);
-      high = std::max(high, most[i]);
-    }
-    all[b] = from_sums(count, low, high, sum, square, 0);
-  }
-  return all;
-}
-
-/// 16-bit integers that all count.
 template <class T>
-std::vector<BandStatistics> of_shorts(const TexelType& type, const Block& block, const Window& window) {
-  constexpr std::int32_t bias = -std::int32_t{std::numeric_limits<T>::min()};
-  const auto bands = static_cast<std::size_t>(type.bands);
-  std::vector<BandStatistics> all(static_cast<std::size_t>(type.data_bands()));
-  const auto count = static_cast<std::uint64_t>(window.width) * static_cast<std::uint64_t>(window.height);
-  for (std::size_t b = 0; b < all.size(); ++b) {
-    std::uint64_t sum = 0, squares = 0;
-    T least = std::numeric_limits<T>::max(), most = std::numeric_limits<T>::min();
-    for (std::int32_t y = window.y; y < window.y + window.height; ++y) {
-      const T* sample = samples_at<T>(block, type, window.x, y) + b;
-      for (std::int32_t x = 0; x < window.width; ++x, sample += bands) {
-        const auto value = static_cast<std::uint64_t>(*sample + bias);
-        sum += value;
-        squares += value * value;
-        least = std::min(least, *sample);
-        most = std::max(most, *sample);
-      }
-    }
-    all[b] = from_sums(count, least, most, sum, squares, bias);
-  }
-  return all;
+constexpr bool is_small = std::is_integral_v<T> && sizeof(T) <= 2;
+
+/// Sums of powers of samples of a column: of small integers, less the least of their type, as what they are.
+template <class T>
+using Sum = std::conditional_t<is_small<T>, std::conditional_t<sizeof(T) == 1, std::uint32_t, std::uint64_t>,
+                               std::conditional_t<sizeof(T) <= 4, double, long double>>;  // long double: 64-bit
+                                                                                          // integers, and no overflow
+
+constexpr std::int32_t rows_of_bytes = 1 << 16;  // whose squares, 255^2 at most, fit 32 bits together
+
+template <class T>
+[[gnu::always_inline]] inline Sum<T> value_of(T sample) {
+  if constexpr (is_small<T>)
+    return static_cast<Sum<T>>(std::int32_t{sample} - std::numeric_limits<T>::min());
+  else
+    return static_cast<Sum<T>>(sample);
 }
 
-/// Anything else: first the mean, then differences from it.
+/// Adds a row to its columns: the order of additions is that of rows, whatever the kernel.
 template <class T>
-std::vector<BandStatistics> of_valid(const TexelType& type, const Block& block, const Window& window) {
-  const Validity<T> validity(type);
-  std::vector<BandStatistics> all(static_cast<std::size_t>(type.data_bands()));
-  const auto for_each = [&](auto&& take) {
-    for (std::int32_t y = window.y; y < window.y + window.height; ++y) {
-      const T* texel = samples_at<T>(block, type, window.x, y);
-      const std::uint8_t* valid = valid_at(block, window.x, y);
-      for (std::int32_t x = 0; x < window.width; ++x, texel += type.bands, valid += valid ? 1 : 0) {
-        if (!validity.texel(texel, valid)) continue;
-        for (std::size_t b = 0; b < all.size(); ++b)
-          if (validity.sample(texel[b])) take(all[b], static_cast<double>(texel[b]));
-      }
+struct AddRow {
+  [[gnu::always_inline]] static void run(const T* row, Sum<T>* sums, Sum<T>* squares, T* least, T* greatest,
+                                         std::size_t samples) {
+    for (std::size_t i = 0; i < samples; ++i) {
+      const Sum<T> value = value_of(row[i]);
+      sums[i] += value;
+      if constexpr (is_small<T>) squares[i] += value * value;
     }
+    for (std::size_t i = 0; i < samples; ++i) {
+      least[i] = std::min(least[i], row[i]);
+      greatest[i] = std::max(greatest[i], row[i]);
+    }
+  }
+};
+
+/// Adds squares of differences from the means of columns' bands.
+template <class T>
+struct AddDifferences {
+  [[gnu::always_inline]] static void run(const T* row, const Sum<T>* means, Sum<T>* squares, std::size_t samples) {
+    for (std::size_t i = 0; i < samples; ++i) {
+      const Sum<T> d = value_of(row[i]) - means[i];
+      squares[i] += d * d;
+    }
+  }
+};
+
+template <class T>
+class WindowStatistics {
+ public:
+  WindowStatistics(const TexelType& type, const Block& block, const Window& window)
+      : type_(type),
+        validity_(type),
+        block_(block),
+        window_(window),
+        bands_(static_cast<std::size_t>(type.bands)),
+        columns_(static_cast<std::size_t>(window.width)),
+        samples_(columns_ * bands_),
+        sums_(samples_),
+        squares_(samples_),
+        least_(samples_, std::numeric_limits<T>::max()),
+        greatest_(samples_, std::numeric_limits<T>::lowest()),
+        counts_(samples_),
+        bands_found_(bands_) {}
+
+  std::vector<BandStatistics> run() {
+    for (std::int32_t y = window_.y; y < window_.y + window_.height; ++y) {
+      add_row(y);
+      if ((y - window_.y) % rows_of_bytes == rows_of_bytes - 1) collect();
+    }
+    collect();
+    if constexpr (!is_small<T>) add_differences();
+    std::vector<BandStatistics> all(static_cast<std::size_t>(type_.data_bands()));
+    for (std::size_t b = 0; b < all.size(); ++b) all[b] = result(bands_found_[b]);
+    return all;
+  }
+
+ private:
+  using Total = std::conditional_t<is_small<T>, std::uint64_t, Sum<T>>;
+  struct Found {
+    std::uint64_t count = 0;
+    T least = std::numeric_limits<T>::max(), greatest = std::numeric_limits<T>::lowest();
+    Total sum = 0, squares = 0;
   };
-  for_each([](BandStatistics& band, double value) {
-    band.minimum = band.count == 0 ? value : std::min(band.minimum, value);
-    band.maximum = band.count == 0 ? value : std::max(band.maximum, value);
-    ++band.count;
-    // Kept from overflow: a mean of the mean so far, rather than a sum.
-    band.mean += value / static_cast<double>(band.count) - band.mean / static_cast<double>(band.count);
-  });
-  for_each(
-      [](BandStatistics& band, double value) { band.sum_of_squares += (value - band.mean) * (value - band.mean); });
-  return all;
-}
+
+  /// Whether all samples of a row count; else which ones do.
+  bool look_at(std::int32_t y, const T* row) {
+    const std::uint8_t* valid = valid_at(block_, window_.x, y);
+    if (is_whole(type_, validity_, row, valid, columns_) && all_finite(row, samples_)) return true;
+    find_valid(validity_, type_, row, valid, columns_, counts_.data());
+    return false;
+  }
+
+  void add_row(std::int32_t y) {
+    const T* row = samples_at<T>(block_, type_, window_.x, y);
+    if (look_at(y, row)) {
+      pyramid::run<AddRow<T>>(row, sums_.data(), squares_.data(), least_.data(), greatest_.data(), samples_);
+      for (Found& band : bands_found_) band.count += columns_;
+      return;
+    }
+    for (std::size_t x = 0, i = 0; x < columns_; ++x)
+      for (std::size_t b = 0; b < bands_; ++b, ++i) {
+        if (!counts_[i]) continue;
+        AddRow<T>::run(row + i, &sums_[i], &squares_[i], &least_[i], &greatest_[i], 1);
+        ++bands_found_[b].count;
+      }
+  }
+
+  void collect() {
+    for (std::size_t x = 0, i = 0; x < columns_; ++x)
+      for (std::size_t b = 0; b < bands_; ++b, ++i) {
+        Found& band = bands_found_[b];
+        band.sum += sums_[i];
+        band.squares += squares_[i];
+        band.least = std::min(band.least, least_[i]);
+        band.greatest = std::max(band.greatest, greatest_[i]);
+      }
+    std::fill(sums_.begin(), sums_.end(), Sum<T>{});
+    std::fill(squares_.begin(), squares_.end(), Sum<T>{});
+  }
+
+  void add_differences() {
+    std::vector<Sum<T>> means(samples_);
+    for (std::size_t i = 0; i < samples_; ++i) {
+      const Found& band = bands_found_[i % bands_];
+      means[i] = band.count == 0 ? 0 : band.sum / static_cast<Sum<T>>(band.count);
+    }
+    for (std::int32_t y = window_.y; y < window_.y + window_.height; ++y) {
+      const T* row = samples_at<T>(block_, type_, window_.x, y);
+      if (look_at(y, row)) {
+        pyramid::run<AddDifferences<T>>(row, static_cast<const Sum<T>*>(means.data()), squares_.data(), samples_);
+        continue;
+      }
+      for (std::size_t i = 0; i < samples_; ++i)
+        if (counts_[i]) AddDifferences<T>::run(row + i, &means[i], &squares_[i], 1);
+    }
+    for (std::size_t i = 0; i < samples_; ++i) bands_found_[i % bands_].squares += squares_[i];
+  }
+
+  static BandStatistics result(const Found& band) {
+    if (band.count == 0) return {};
+    const auto n = static_cast<long double>(band.count);
+    BandStatistics s{band.count, static_cast<double>(band.least), static_cast<double>(band.greatest), 0, 0};
+    if constexpr (is_small<T>) {
+      // Whole numbers below 2^128: no digit is lost where the squares' sum and the mean's square are alike.
+      const auto sum = static_cast<unsigned __int128>(band.sum);
+      const unsigned __int128 scatter = static_cast<unsigned __int128>(band.squares) * band.count - sum * sum;
+      s.mean = static_cast<double>(static_cast<long double>(band.sum) / n + std::numeric_limits<T>::min());
+      s.sum_of_squares = static_cast<double>(static_cast<long double>(scatter) / n);
+    } else {
+      s.mean = static_cast<double>(static_cast<long double>(band.sum) / n);
+      s.sum_of_squares = static_cast<double>(
+          std::min<long double>(static_cast<long double>(band.squares), std::numeric_limits<double>::max()));
+    }
+    return s;
+  }
+
+  const TexelType& type_;
+  const mosaic::Validity<T> validity_;
+  const Block& block_;
+  const Window window_;
+  const std::size_t bands_, columns_, samples_;
+  std::vector<Sum<T>> sums_, squares_;  // a column and band each
+  std::vector<T> least_, greatest_;
+  std::vector<std::uint8_t> counts_;
+  std::vector<Found> bands_found_;
+};
 
 }  // namespace
 
@@ -108,36 +186,38 @@ void BandStatistics::add(const BandStatistics& other) {
     *this = other;
     return;
   }
-  const double n = static_cast<double>(count), m = static_cast<double>(other.count), difference = other.mean - mean;
+  // Wider than a double, so that no square of a difference overflows.
+  const auto n = static_cast<long double>(count), m = static_cast<long double>(other.count);
+  const long double difference = static_cast<long double>(other.mean) - static_cast<long double>(mean);
+  const long double squares = static_cast<long double>(sum_of_squares) +
+                              static_cast<long double>(other.sum_of_squares) +
+                              difference * difference * (n * m / (n + m));
   minimum = std::min(minimum, other.minimum);
   maximum = std::max(maximum, other.maximum);
-  mean += difference * (m / (n + m));
-  sum_of_squares += other.sum_of_squares + difference * difference * (n * m / (n + m));
+  mean = static_cast<double>(static_cast<long double>(mean) + difference * (m / (n + m)));
+  sum_of_squares = static_cast<double>(std::min<long double>(squares, std::numeric_limits<double>::max()));
   count += other.count;
 }
 
 std::vector<BandStatistics> statistics(const TexelType& type, const Block& block, const Window& window) {
-  return tiff::with_sample(type.sample, [&]<class T>(T) {
-    if constexpr (std::is_same_v<T, std::uint8_t>) {
-      if (is_whole<T>(type, block, window)) return of_bytes(type, block, window);
-    } else if constexpr (std::is_integral_v<T> && sizeof(T) == 2) {
-      if (is_whole<T>(type, block, window)) return of_shorts<T>(type, block, window);
-    }
-    return of_valid<T>(type, block, window);
-  });
+  return tiff::with_sample(type.sample, [&]<class T>(T) { return WindowStatistics<T>(type, block, window).run(); });
 }
 
 bool empty(const TexelType& type, const Block& block, const Window& window) {
+  if (!type.mask && !type.alpha && !type.nodata) return false;
   return tiff::with_sample(type.sample, [&]<class T>(T) {
-    const Validity<T> validity(type);
-    if (validity.always()) return false;
+    const mosaic::Validity<T> validity(type);
+    const bool nan_is_nodata = type.nodata && std::isnan(*type.nodata);
+    const auto holds_data = [&](T sample) {
+      if (nan_is_nodata) return sample == sample;
+      return !validity.has_nodata() || sample != validity.nodata();
+    };
     for (std::int32_t y = window.y; y < window.y + window.height; ++y) {
       const T* texel = samples_at<T>(block, type, window.x, y);
       const std::uint8_t* valid = valid_at(block, window.x, y);
-      for (std::int32_t x = 0; x < window.width; ++x, texel += type.bands, valid += valid ? 1 : 0) {
-        if (!validity.texel(texel, valid)) continue;
-        for (int b = 0; b < type.data_bands(); ++b)
-          if (validity.sample(texel[b])) return false;
+      for (std::int32_t x = 0; x < window.width; ++x, texel += type.bands) {
+        if (!validity.texel(texel, valid ? valid + x : nullptr)) continue;
+        if (std::any_of(texel, texel + type.data_bands(), holds_data)) return false;
       }
     }
     return true;

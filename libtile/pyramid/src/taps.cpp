@@ -1,8 +1,8 @@
+#include "taps.h"
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-
-#include "reduction.h"
 
 namespace nadir::pyramid {
 namespace {

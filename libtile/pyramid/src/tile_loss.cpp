@@ -1,124 +1,170 @@
-// What tiles lose in the next level.
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
-#include "byte_sums.h"
-#include "nadir/mosaic/validity.h"
-#include "parent.h"
+#include "axis.h"
 #include "reduction.h"
+#include "whole.h"
 
 namespace nadir::pyramid {
 namespace {
 
-using mosaic::is_whole, mosaic::samples_at, mosaic::valid_at, mosaic::Validity;
+using mosaic::samples_at, mosaic::valid_at;
 
-/// Rows of a tile beside the texels of the coarser level that stand for them.
+/// Squares of small integers are summed as what they are, others in double.
 template <class T>
-class Parents {
+using SquareSum =
+    std::conditional_t<std::is_integral_v<T> && sizeof(T) == 1, std::uint32_t,
+                       std::conditional_t<std::is_integral_v<T> && sizeof(T) == 2, std::uint64_t, double>>;
+constexpr std::int32_t rows_of_bytes = 1 << 16;  // whose squares, 255^2 at most, fit 32 bits together
+
+template <class T>
+[[gnu::always_inline]] inline SquareSum<T> square(T fine, T coarse) {
+  if constexpr (std::is_integral_v<T> && sizeof(T) == 1) {
+    const std::int32_t d = std::int32_t{fine} - coarse;
+    return static_cast<std::uint32_t>(d * d);
+  } else if constexpr (std::is_integral_v<T> && sizeof(T) == 2) {
+    const std::int32_t d = std::int32_t{fine} - coarse;
+    const auto size = static_cast<std::uint32_t>(d < 0 ? -d : d);
+    return size * size;  // (2^16 - 1)^2 at most
+  } else if constexpr (std::is_integral_v<T>) {
+    using Bits = std::make_unsigned_t<T>;
+    const Bits a = static_cast<Bits>(fine), b = static_cast<Bits>(coarse);
+    const double d = static_cast<double>(fine > coarse ? static_cast<Bits>(a - b) : static_cast<Bits>(b - a));
+    return d * d;
+  } else {
+    const double d = static_cast<double>(fine) - static_cast<double>(coarse);
+    return d * d;
+  }
+}
+
+/// Adds squares of differences of two rows, each column to a sum of its own: the order of additions is that of rows,
+/// whatever the kernel.
+template <class T>
+struct AddSquares {
+  [[gnu::always_inline]] static void run(const T* fine, const T* coarse, SquareSum<T>* sums, std::size_t samples) {
+    for (std::size_t i = 0; i < samples; ++i) sums[i] += square(fine[i], coarse[i]);
+  }
+};
+
+template <class T>
+class TileLoss {
  public:
-  Parents(const TexelType& type, const Window& tile, LevelSize fine, LevelSize coarse, const Block& block)
-      : block_(block), fine_height_(fine.height), coarse_height_(coarse.height) {
-    const auto bands = static_cast<std::size_t>(type.bands);
-    at_.reserve(static_cast<std::size_t>(tile.width) * bands);
-    for (std::int32_t x = 0; x < tile.width; ++x) {
-      const std::int32_t p = parent(fine.width, coarse.width, tile.x + x) - block.window().x;
-      for (std::size_t b = 0; b < bands; ++b) at_.push_back(static_cast<std::size_t>(p) * bands + b);
-    }
-    for (Row& row : rows_) row.samples = std::vector<T>(at_.size());
+  TileLoss(const TexelType& type, const Axis& x, const Axis& y, const Block& fine, const Window& tile,
+           const Block& coarse)
+      : type_(type),
+        validity_(type),
+        y_(y),
+        fine_(fine),
+        coarse_(coarse),
+        tile_(tile),
+        bands_(static_cast<std::size_t>(type.bands)),
+        columns_(static_cast<std::size_t>(tile.width)),
+        samples_(columns_ * bands_),
+        parents_(columns_),
+        expanded_(samples_),
+        counts_(samples_),
+        parent_counts_(samples_),
+        sums_(samples_),
+        band_sums_(bands_),
+        band_counts_(bands_) {
+    for (std::int32_t k = 0; k < tile.width; ++k)
+      parents_[static_cast<std::size_t>(k)] = static_cast<std::size_t>(x.parent(tile.x + k) - x.parent(tile.x));
+    first_parent_ = x.parent(tile.x);
   }
 
-  /// As many samples as the tile's row `y`. Good while the next row is asked for, not longer.
-  const T* row(std::int32_t y) {
-    const std::int32_t p = parent(fine_height_, coarse_height_, y);
-    Row& row = rows_[static_cast<std::size_t>(p) % 2];
-    if (row.y != p) {
-      row.y = p;
-      const T* from = reinterpret_cast<const T*>(block_.row(p));
-      for (std::size_t i = 0; i < at_.size(); ++i) row.samples[i] = from[at_[i]];
+  void run(std::span<float> loss) {
+    for (std::int32_t y = tile_.y; y < tile_.y + tile_.height; ++y) {
+      add_row(y);
+      if ((y - tile_.y) % rows_of_bytes == rows_of_bytes - 1) collect();
     }
-    return row.samples.data();
+    collect();
+    for (std::size_t b = 0; b < loss.size(); ++b)
+      loss[b] = band_counts_[b] == 0
+                    ? 0.0f
+                    : static_cast<float>(std::min<long double>(std::sqrt(static_cast<long double>(band_sums_[b]) /
+                                                                         static_cast<long double>(band_counts_[b])),
+                                                               std::numeric_limits<float>::max()));
   }
 
  private:
-  struct Row {
-    std::int32_t y = -1;
-    std::vector<T> samples;
-  };
-  const Block& block_;
-  std::int32_t fine_height_, coarse_height_;
-  std::vector<std::size_t> at_;
-  std::array<Row, 2> rows_;
-};
-
-/// Sums of squares by column, all samples counting.
-template <class T>
-std::vector<double> squares_of_whole(const TexelType& type, const Block& fine, const Window& tile,
-                                     Parents<T>& parents) {
-  const std::size_t samples = static_cast<std::size_t>(tile.width) * static_cast<std::size_t>(type.bands);
-  std::vector<double> squares(samples, 0.0);
-  const std::int32_t end = tile.y + tile.height;
-  std::int32_t y = tile.y;
-  if constexpr (std::is_same_v<T, std::uint8_t>) {
-    std::vector<std::uint32_t> bytes(samples, 0);
-    for (; y + 2 <= end; y += 2)
-      add_squared_differences({samples_at<T>(fine, type, tile.x, y), samples_at<T>(fine, type, tile.x, y + 1)},
-                              {parents.row(y), parents.row(y + 1)}, samples, bytes.data());
-    std::copy(bytes.begin(), bytes.end(), squares.begin());
-  }
-  for (; y < end; ++y) {
-    const T *row = samples_at<T>(fine, type, tile.x, y), *parent = parents.row(y);
-    for (std::size_t i = 0; i < samples; ++i) {
-      const double difference = static_cast<double>(row[i]) - static_cast<double>(parent[i]);
-      squares[i] += difference * difference;
+  void add_row(std::int32_t y) {
+    const T* row = samples_at<T>(fine_, type_, tile_.x, y);
+    const std::uint8_t* valid = valid_at(fine_, tile_.x, y);
+    if (y_.parent(y) != parent_row_) expand(y_.parent(y));
+    if (parents_whole_ && is_whole(type_, validity_, row, valid, columns_) && all_finite(row, samples_)) {
+      pyramid::run<AddSquares<T>>(row, static_cast<const T*>(expanded_.data()), sums_.data(), samples_);
+      for (std::uint64_t& count : band_counts_) count += columns_;
+      return;
     }
-  }
-  return squares;
-}
-
-/// As above of what counts; `counts`: how many of each band.
-template <class T>
-std::vector<double> squares_of_valid(const TexelType& type, const Block& fine, const Window& tile, Parents<T>& parents,
-                                     std::vector<std::uint64_t>& counts) {
-  const Validity<T> validity(type);
-  const auto bands = static_cast<std::size_t>(type.bands);
-  const std::size_t samples = static_cast<std::size_t>(tile.width) * bands;
-  std::vector<double> squares(samples, 0.0);
-  for (std::int32_t y = tile.y; y < tile.y + tile.height; ++y) {
-    const T *row = samples_at<T>(fine, type, tile.x, y), *parent = parents.row(y);
-    const std::uint8_t* valid = valid_at(fine, tile.x, y);
-    for (std::size_t x = 0; x < samples; x += bands, valid += valid ? 1 : 0) {
-      if (!validity.texel(row + x, valid)) continue;
-      for (std::size_t b = 0; b < counts.size(); ++b) {
-        if (!validity.sample(row[x + b]) || !validity.sample(parent[x + b])) continue;
-        const double difference = static_cast<double>(row[x + b]) - static_cast<double>(parent[x + b]);
-        squares[x + b] += difference * difference;
-        ++counts[b];
+    find_valid(validity_, type_, row, valid, columns_, counts_.data());
+    for (std::size_t x = 0, i = 0; x < columns_; ++x)
+      for (std::size_t b = 0; b < bands_; ++b, ++i) {
+        if (!(counts_[i] & parent_counts_[i])) continue;
+        sums_[i] += square(row[i], expanded_[i]);
+        ++band_counts_[b];
       }
-    }
   }
-  return squares;
-}
+
+  /// A row of the coarser level, as wide as the tile: each texel's parent.
+  void expand(std::int32_t y) {
+    parent_row_ = y;
+    const std::size_t parents = parents_.back() + 1;
+    const T* row = samples_at<T>(coarse_, type_, first_parent_, y);
+    const std::uint8_t* valid = valid_at(coarse_, first_parent_, y);
+    if (bands_ == 1)
+      for (std::size_t x = 0; x < columns_; ++x) expanded_[x] = row[parents_[x]];
+    else if (bands_ == 3)
+      copy_texels<3>(row);
+    else if (bands_ == 4)
+      copy_texels<4>(row);
+    else
+      copy_texels<0>(row);
+    parents_whole_ = is_whole(type_, validity_, row, valid, parents) && all_finite(row, parents * bands_);
+    if (parents_whole_) {
+      std::fill(parent_counts_.begin(), parent_counts_.end(), std::uint8_t{1});
+      return;
+    }
+    find_valid(validity_, type_, row, valid, parents, counts_.data());
+    for (std::size_t x = 0; x < columns_; ++x)
+      std::copy_n(counts_.data() + parents_[x] * bands_, bands_, parent_counts_.data() + x * bands_);
+  }
+
+  template <std::size_t Bands>
+  void copy_texels(const T* row) {
+    const std::size_t bands = Bands == 0 ? bands_ : Bands;
+    for (std::size_t x = 0; x < columns_; ++x)
+      std::memcpy(expanded_.data() + x * bands, row + parents_[x] * bands, bands * sizeof(T));
+  }
+
+  void collect() {
+    for (std::size_t x = 0, i = 0; x < columns_; ++x)
+      for (std::size_t b = 0; b < bands_; ++b, ++i) band_sums_[b] += sums_[i];
+    std::fill(sums_.begin(), sums_.end(), SquareSum<T>{});
+  }
+
+  const TexelType& type_;
+  const mosaic::Validity<T> validity_;
+  const Axis y_;
+  const Block& fine_;
+  const Block& coarse_;
+  const Window tile_;
+  const std::size_t bands_, columns_, samples_;
+  std::vector<std::size_t> parents_;  // of the tile's columns, from the first one's on
+  std::int32_t first_parent_ = 0, parent_row_ = -1;
+  bool parents_whole_ = false;
+  std::vector<T> expanded_;
+  std::vector<std::uint8_t> counts_, parent_counts_;
+  std::vector<SquareSum<T>> sums_;  // a column and band each
+  std::vector<std::conditional_t<std::is_integral_v<T> && sizeof(T) <= 2, std::uint64_t, double>> band_sums_;
+  std::vector<std::uint64_t> band_counts_;
+};
 
 }  // namespace
 
 void Reducer::loss(const Block& fine, const Window& tile, const Block& coarse, std::span<float> loss) const {
-  tiff::with_sample(type_.sample, [&]<class T>(T) {
-    Parents<T> parents(type_, tile, fine_, coarse_, coarse);
-    const auto texels = static_cast<std::uint64_t>(tile.width) * static_cast<std::uint64_t>(tile.height);
-    std::vector<std::uint64_t> counts(loss.size(), texels);
-    std::vector<double> squares;
-    if (is_whole<T>(type_, fine, tile)) {
-      squares = squares_of_whole<T>(type_, fine, tile, parents);
-    } else {
-      std::fill(counts.begin(), counts.end(), std::uint64_t{0});
-      squares = squares_of_valid<T>(type_, fine, tile, parents, counts);
-    }
-    for (std::size_t b = 0; b < loss.size(); ++b) {
-      double sum = 0;
-      for (std::size_t i = b; i < squares.size(); i += static_cast<std::size_t>(type_.bands)) sum += squares[i];
-      loss[b] = counts[b] == 0 ? 0.0f : static_cast<float>(std::sqrt(sum / static_cast<double>(counts[b])));
-    }
-  });
+  const Axis x{fine_.width, coarse_.width}, y{fine_.height, coarse_.height};
+  tiff::with_sample(type_.sample, [&]<class T>(T) { TileLoss<T>(type_, x, y, fine, tile, coarse).run(loss); });
 }
 
 }  // namespace nadir::pyramid
