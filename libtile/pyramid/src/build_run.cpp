@@ -75,6 +75,8 @@ Result<std::unique_ptr<BuildRun>> BuildRun::plan(const BuildOptions& options, De
   run->depth_first_ = !has_wide_blocks(design.mosaic, run->plan_);
   run->in_place_ =
       options.compression == Compression::None && !tells_holes(type) && !options.shard && options.join == 0;
+  // Who waits to write leaves a core idle, were there not another.
+  if (run->in_place_ && static_cast<std::uint64_t>(run->workers_ + 1) * each <= room) ++run->workers_;
   return run;
 }
 
@@ -234,6 +236,8 @@ Result<void> BuildRun::lay_out_in_place() {
 
 Result<std::uint64_t> BuildRun::store(const ChunkRecord& record, std::span<const std::byte> tiles) {
   if (in_place_) {
+    // One at a time, as the kernel would have it, but without its busy waiting.
+    const std::scoped_lock lock(map_mutex_);
     if (const auto ok = write_tiles_in_place(*map_, arrangement_, plan_, record, tiles); !ok) return fail(ok);
     return 0;
   }

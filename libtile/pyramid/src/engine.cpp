@@ -166,9 +166,19 @@ std::uint64_t Engine::worker_bytes() const {
   return 2 * bytes;  // unpacked, and packed at worst
 }
 
+/// Bytes of all tiles of a chunk with what lies around them, unpacked.
+std::size_t Engine::unpacked_bytes(const Stage& stage, const Chunk& chunk) const {
+  constexpr std::size_t around = tiff::tile_leader_bytes + tiff::tile_trailer_bytes;
+  std::int64_t tiles = 0;
+  for (int level = stage.first; level < stage.first + stage.levels; ++level)
+    tiles += plan_.tiles_of(stage, chunk, level).count();
+  return static_cast<std::size_t>(tiles) * (static_cast<std::size_t>(packer_.imagery_format().tile_bytes()) + around);
+}
+
 Result<void> Engine::pack(const Stage& stage, Scratch& scratch, ChunkRecord& record) const {
   const auto bands = static_cast<std::size_t>(type_.data_bands());
   scratch.packed.clear();
+  if (packer_.imagery_format().codec == tiff::Codec::None) scratch.packed.reserve(unpacked_bytes(stage, record.chunk));
   for (int level = stage.first; level < stage.first + stage.levels; ++level) {
     const auto at = static_cast<std::size_t>(level - stage.first);
     const TileRange range = plan_.tiles_of(stage, record.chunk, level);

@@ -59,6 +59,7 @@ class Engine {
   bool reaches(int stage, const Window& window) const;
   void add_chunks_depth_first(int stage, const Chunk& corner, std::int32_t side, std::vector<Chunk>& found) const;
   Result<ChunkRecord> make(int stage, const Chunk& chunk, const TileSink& sink, Scratch& scratch);
+  std::size_t unpacked_bytes(const Stage& stage, const Chunk& chunk) const;
   Result<void> pack(const Stage& stage, Scratch& scratch, ChunkRecord& record) const;
   std::vector<BandStatistics> statistics_of(int stage, const Chunk& chunk, const Block& finest) const;
   bool enter(const ChunkRecord& record, std::uint32_t tile_file, std::uint64_t tile_file_bytes, std::uint32_t raw_file);
