@@ -51,16 +51,20 @@ void bilinear_run(const S* samples, std::ptrdiff_t row, int bands, const Places<
 
 /// Four floats that are calculated with at once, in the same steps as one.
 using Float4 = float __attribute__((vector_size(16)));
-using Int4 = std::int32_t __attribute__((vector_size(16)));
 
-inline Float4 bytes_as_floats(std::uint32_t bytes) {
-  using Byte16 = std::uint8_t __attribute__((vector_size(16)));
+/// The four bytes of a texel, each times the power of two that its place in the word makes of it: exact, and with
+/// `byte_scale` at the end the bits of a calculation without.
+template <int Bands>
+Float4 scaled_bytes(std::uint32_t texel) {
   using Word4 = std::uint32_t __attribute__((vector_size(16)));
+  using Int4 = std::int32_t __attribute__((vector_size(16)));
   static_assert(std::endian::native == std::endian::little);
-  const Byte16 wide = std::bit_cast<Byte16>(Word4{bytes, 0, 0, 0}), none{};
-  const Byte16 spread = __builtin_shufflevector(wide, none, 0, 16, 16, 16, 1, 16, 16, 16, 2, 16, 16, 16, 3, 16, 16, 16);
-  return __builtin_convertvector(std::bit_cast<Int4>(spread), Float4);
+  // The fourth byte moves down, out of the sign.
+  const Word4 words = {texel, texel, texel, Bands == 4 ? texel >> 8 : texel};
+  const Word4 mask = {0xff, 0xff00, 0xff0000, Bands == 4 ? 0xff0000u : 0u};
+  return __builtin_convertvector(std::bit_cast<Int4>(words & mask), Float4);
 }
+inline constexpr Float4 byte_scale = {1, 0x1p-8f, 0x1p-16f, 0x1p-16f};
 
 /// The bits of bilinear_run for three or four bands of bytes. `sums` has room for one more than 3 * count.
 template <int Bands, bool Add>
@@ -71,8 +75,8 @@ void bilinear_run_bytes(const std::uint8_t* samples, std::ptrdiff_t row, const P
     std::uint32_t a, b;  // no byte beyond the two: the second word starts early, and loses what it has too many
     std::memcpy(&a, texel, 4);
     std::memcpy(&b, texel + 2 * Bands - 4, 4);
-    first = bytes_as_floats(a);
-    second = bytes_as_floats(Bands == 3 ? b >> 8 : b);
+    first = scaled_bytes<Bands>(a);
+    second = scaled_bytes<Bands>(Bands == 3 ? b >> 8 : b);
   };
   for (int i = 0; i < count; ++i, sums += Bands) {
     const std::uint8_t* texel = samples + places.sample[static_cast<std::size_t>(i)];
@@ -81,7 +85,7 @@ void bilinear_run_bytes(const std::uint8_t* samples, std::ptrdiff_t row, const P
     two_texels(texel, a, b);
     two_texels(texel + row, c, d);
     const Float4 upper = a + right * (b - a), lower = c + right * (d - c);
-    Float4 value = upper + below * (lower - upper);
+    Float4 value = (upper + below * (lower - upper)) * byte_scale;
     if constexpr (Add) {
       Float4 before;
       std::memcpy(&before, sums, sizeof before);

@@ -36,6 +36,7 @@ class Kernel {
         row_(static_cast<std::ptrdiff_t>(window.width) * resampling.type.bands),
         validity_(validity),
         is_data_(Power ? TexelType{} : resampling.type),
+        is_data_below_(resampling.type),
         store_(resampling.type, resampling.options, Power),
         target_(target),
         sums_(static_cast<std::size_t>(run_texels * bands_ + 1)),
@@ -67,7 +68,7 @@ class Kernel {
       return;
     }
     for (int i = 0; i < count; ++i, to += bands_)
-      if (one(patch, column + i, row, to) && valid) valid[i] = 255;
+      if (one(patch, column + i, row, to, valid ? valid + i : nullptr) && valid) valid[i] = 255;
   }
 
   /// Whether all of a row between two columns lies beyond one side of the source.
@@ -140,11 +141,14 @@ class Kernel {
   }
 
   /// The texel `column` and `row` from the patch's corner; false where the source has nothing for it.
-  bool one(const Patch& patch, double column, double row, T* to) {
+  bool one(const Patch& patch, double column, double row, T* to, const std::uint8_t* valid) {
     const Row middle(patch, row + 0.5);
     const double x = middle.x(column + 0.5), y = middle.y(column + 0.5);
     if (!(x >= 0 && y >= 0 && x < width_ && y < height_)) return false;
     if (interpolation_ == Interpolation::Nearest) return nearest(x, y, to);
+    // Beyond the outermost centres the source only repeats itself: what lies below knows better.
+    const bool repeats = x < 0.5 || y < 0.5 || x > width_ - 0.5 || y > height_ - 0.5;
+    if (repeats && holds_data(to, valid)) return false;
     const auto [across, down] = patch.samples;
     if (interpolation_ == Interpolation::Cubic && across * down == 1 && cubic(x - 0.5, y - 0.5, to)) return true;
 
@@ -162,6 +166,13 @@ class Kernel {
       for (int b = 0; b < bands_; ++b) sums_[static_cast<std::size_t>(b)] *= A(1) / A(across * down);
     store_.all(sums_.data(), 1, to);
     return true;
+  }
+
+  /// Whether a texel of the target does, or cannot tell.
+  bool holds_data(const T* texel, const std::uint8_t* valid) const {
+    if (valid && !*valid) return false;
+    if (type_.alpha && !(texel[type_.data_bands()] > T{})) return false;
+    return std::any_of(texel, texel + type_.data_bands(), is_data_below_);
   }
 
   const S* texel(std::int32_t x, std::int32_t y, Holds& holds) const {
@@ -275,6 +286,7 @@ class Kernel {
   const std::ptrdiff_t row_;
   const Validity& validity_;
   const DataSample<S> is_data_;
+  const DataSample<T> is_data_below_;
   const Store<T, A> store_;
   Block& target_;
   Places<A> places_;

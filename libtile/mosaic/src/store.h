@@ -1,7 +1,6 @@
 #pragma once
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -12,20 +11,19 @@
 
 namespace nadir::mosaic {
 
-/// The T nearest to `value`, ties to even, within its range.
+/// The T nearest to `value`, halves up, within its range.
 template <class T, class A>
 T nearest_sample(A value) {
   if constexpr (std::is_floating_point_v<T>) {
     constexpr A greatest = std::numeric_limits<T>::max();
     return static_cast<T>(std::clamp<A>(value, -greatest, greatest));
   } else if constexpr (sizeof(T) < sizeof(A)) {
-    // Adding 1.5 * 2^mantissa leaves the integer in the low bits, rounded by the addition.
-    using Bits = std::conditional_t<sizeof(A) == 4, std::int32_t, std::int64_t>;
-    constexpr A magic = A(3) * A(Bits{1} << (std::numeric_limits<A>::digits - 2));
-    const A held = std::clamp<A>(value, std::numeric_limits<T>::lowest(), std::numeric_limits<T>::max());
-    return static_cast<T>(std::bit_cast<Bits>(held + magic) - std::bit_cast<Bits>(magic));
+    using Integer = std::conditional_t<sizeof(A) == 4, std::int32_t, std::int64_t>;
+    const A held = std::clamp<A>(value, std::numeric_limits<T>::lowest(), std::numeric_limits<T>::max()) + A(0.5);
+    const Integer towards_zero = static_cast<Integer>(held);
+    return static_cast<T>(towards_zero - (std::is_signed_v<T> && static_cast<A>(towards_zero) > held));
   } else {
-    const A rounded = std::nearbyint(value);  // in the mode that is set everywhere: to nearest, ties to even
+    const A rounded = std::floor(value + A(0.5));
     if (rounded >= std::ldexp(A(1), std::numeric_limits<T>::digits)) return std::numeric_limits<T>::max();
     return static_cast<T>(std::max<A>(rounded, static_cast<A>(std::numeric_limits<T>::lowest())));
   }
