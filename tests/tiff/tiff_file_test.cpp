@@ -78,6 +78,36 @@ std::vector<Bytes::Entry> with(std::vector<Bytes::Entry> entries, Bytes::Entry c
   return entries;
 }
 
+/// The same in strips of 20 rows, the last of 8.
+std::vector<Bytes::Entry> striped_image() {
+  return {{256, 3, 1, 64},  {257, 3, 1, 48}, {258, 3, 1, 8},  {259, 3, 1, 1},  {262, 3, 1, 1},
+          {273, 4, 3, 200}, {277, 3, 1, 1},  {278, 3, 1, 20}, {279, 4, 3, 224}};
+}
+
+TEST(TiffFile, StripsAreTilesAsWideAsTheImage) {
+  const TemporaryFolder folder;
+  const auto file = plain_file(striped_image()).open(folder);
+  ASSERT_TRUE(file) << file.error().message;
+  const Directory& directory = (*file)->directories().front();
+  EXPECT_TRUE(directory.strips);
+  EXPECT_EQ(directory.format.tile_width, 64u);
+  EXPECT_EQ(directory.format.tile_height, 20u);
+  EXPECT_EQ(directory.tiles_across(), 1u);
+  EXPECT_EQ(directory.tiles_down(), 3u);
+  const TileAddress last{0, 0, 0, 2};
+  EXPECT_EQ((*file)->locate({&last, 1}).front()->offset, 1272u);
+  EXPECT_FALSE(plain_file(plain_image()).open(folder).value()->directories().front().strips);
+}
+
+TEST(TiffFile, AStripWithoutANumberOfRowsIsTheWholeImage) {
+  const TemporaryFolder folder;
+  auto entries = striped_image();
+  std::erase_if(entries, [](const Bytes::Entry& e) { return e.tag == 278; });
+  const auto file = plain_file(entries).open(folder);
+  ASSERT_TRUE(file) << file.error().message;
+  EXPECT_EQ((*file)->directories().front().format.tile_height, 48u);
+}
+
 TEST(TiffFile, FindsItsTiles) {
   const TemporaryFolder folder;
   const auto file = plain_file(plain_image()).open(folder);
@@ -116,6 +146,10 @@ INSTANTIATE_TEST_SUITE_P(
         Hostile{"no_texels", with(plain_image(), {256, 3, 1, 0}), 0, "0 x 48"},
         Hostile{"more_texels_than_can_be", with(plain_image(), {256, 4, 1, most}), 0, "4294967295"},
         Hostile{"tiles_without_size", with(plain_image(), {322, 3, 1, 0}), 0, "not tiled"},
+        Hostile{"strips_without_rows", with(striped_image(), {278, 3, 1, 0}), 0, "not tiled"},
+        Hostile{"strips_of_endless_rows", with(with(striped_image(), {256, 4, 1, 0x7fffffff}), {257, 4, 1, 0x7fffffff}),
+                0, "large"},
+        Hostile{"fewer_table_entries_than_strips", with(striped_image(), {278, 3, 1, 10}), 0, "5 tiles, and 3"},
         Hostile{"giant_tiles", with(with(plain_image(), {322, 4, 1, 65536}), {323, 4, 1, 65536}), 0, "large"},
         Hostile{"fewer_table_entries_than_tiles", with(plain_image(), {324, 4, 5, 200}), 0, "6 tiles, and 5"},
         Hostile{"a_table_beyond_the_file", with(plain_image(), {324, 4, 6, 1 << 24}), 0, "beyond the file"},

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <cstring>
 
+#include "held.h"
 #include "interpolate.h"
 #include "store.h"
-#include "validity.h"
 
 namespace nadir::mosaic {
 namespace {
@@ -25,7 +25,7 @@ struct Row {
 template <bool Power, class S, class T, class A>
 class Kernel {
  public:
-  Kernel(const Resampling& resampling, const S* samples, const Window& window, const Validity& validity, Block& target)
+  Kernel(const Resampling& resampling, const S* samples, const Window& window, const Held& held, Block& target)
       : type_(resampling.type),
         interpolation_(resampling.options.interpolation),
         bands_(resampling.type.bands),
@@ -34,9 +34,9 @@ class Kernel {
         samples_(samples),
         window_(window),
         row_(static_cast<std::ptrdiff_t>(window.width) * resampling.type.bands),
-        validity_(validity),
-        is_data_(Power ? TexelType{} : resampling.type),
-        is_data_below_(resampling.type),
+        held_(held),
+        validity_(Power ? TexelType{} : resampling.type),
+        validity_below_(resampling.type),
         store_(resampling.type, resampling.options, Power),
         target_(target),
         sums_(static_cast<std::size_t>(run_texels * bands_ + 1)),
@@ -88,7 +88,7 @@ class Kernel {
     for (int j = 0; j < down; ++j)
       for (int i = 0; i < across; ++i) {
         locate(Row(patch, row + (j + 0.5) / down), column, (i + 0.5) / across, count);
-        if (!validity_.all() && !hold_all(count)) return false;
+        if (!held_.all() && !hold_all(count)) return false;
         if (i == 0 && j == 0)
           sum<false>(count);
         else
@@ -123,7 +123,7 @@ class Kernel {
 
   bool hold_all(int count) const {
     for (int i = 0; i < count; ++i) {
-      const Holds* h = validity_.texels() + places_.sample[static_cast<std::size_t>(i)] / bands_;
+      const Holds* h = held_.texels() + places_.sample[static_cast<std::size_t>(i)] / bands_;
       const Holds* below = h + window_.width;
       if (std::min(std::min(h[0], h[1]), std::min(below[0], below[1])) != Holds::All) return false;
     }
@@ -172,12 +172,12 @@ class Kernel {
   bool holds_data(const T* texel, const std::uint8_t* valid) const {
     if (valid && !*valid) return false;
     if (type_.alpha && !(texel[type_.data_bands()] > T{})) return false;
-    return std::any_of(texel, texel + type_.data_bands(), is_data_below_);
+    return std::any_of(texel, texel + type_.data_bands(), [&](T sample) { return validity_below_.sample(sample); });
   }
 
   const S* texel(std::int32_t x, std::int32_t y, Holds& holds) const {
     const std::ptrdiff_t offset = sample_offset(x, y);
-    holds = validity_.all() ? Holds::All : validity_.texels()[offset / bands_];
+    holds = held_.all() ? Holds::All : held_.texels()[offset / bands_];
     return samples_ + offset;
   }
 
@@ -225,7 +225,7 @@ class Kernel {
     for (int b = 0; b < data_bands; ++b) {
       A weight = 0, opaque_weight = 0, sum = 0;
       for (const Tap& tap : taps_) {
-        if (tap.holds == Holds::Nothing || !is_data_(tap.texel[b])) continue;
+        if (tap.holds == Holds::Nothing || !validity_.sample(tap.texel[b])) continue;
         const A opaque = type_.alpha ? tap.weight * static_cast<A>(tap.texel[data_bands]) : tap.weight;
         weight += tap.weight;
         opaque_weight += opaque;
@@ -284,9 +284,9 @@ class Kernel {
   const S* const samples_;  // of the source's window
   const Window window_;
   const std::ptrdiff_t row_;
-  const Validity& validity_;
-  const DataSample<S> is_data_;
-  const DataSample<T> is_data_below_;
+  const Held& held_;
+  const Validity<S> validity_;
+  const Validity<T> validity_below_;
   const Store<T, A> store_;
   Block& target_;
   Places<A> places_;
@@ -302,14 +302,14 @@ double power_of(double decibels) { return std::pow(10, std::clamp(decibels, -300
 template <class T>
 void read_power(const Resampling& resampling, const Block& source, std::vector<double>& power) {
   const TexelType& type = resampling.type;
-  const DataSample<T> is_data(type);
+  const Validity<T> validity(type);
   const T* samples = reinterpret_cast<const T*>(source.row(source.window().y));
   power.resize(source.texels() * static_cast<std::size_t>(type.bands));
   for (std::size_t i = 0; i < power.size(); ++i) {
     const T sample = samples[i];
     const bool is_alpha = type.alpha && static_cast<int>(i % static_cast<std::size_t>(type.bands)) == type.bands - 1;
     power[i] = is_alpha ? static_cast<double>(sample)
-               : is_data(sample)
+               : validity.sample(sample)
                    ? power_of(static_cast<double>(sample) * resampling.options.scale + resampling.options.offset)
                    : std::numeric_limits<double>::quiet_NaN();
   }
@@ -319,8 +319,8 @@ void read_power(const Resampling& resampling, const Block& source, std::vector<d
 
 void resample(const Resampling& resampling, std::span<const Patch> patches, const Window& clip, const Block& source,
               Block& target) {
-  static thread_local Validity validity;
-  validity.read(resampling.type, source);
+  static thread_local Held held;
+  held.read(resampling.type, source);
   const auto lay_all = [&](auto kernel) {
     for (const Patch& patch : patches) kernel.lay(patch, clip);
   };
@@ -330,26 +330,26 @@ void resample(const Resampling& resampling, std::span<const Patch> patches, cons
     if (resampling.options.power && resampling.options.interpolation != Interpolation::Nearest) {
       static thread_local std::vector<double> power;
       read_power<T>(resampling, source, power);
-      lay_all(Kernel<true, double, T, double>(resampling, power.data(), source.window(), validity, target));
+      lay_all(Kernel<true, double, T, double>(resampling, power.data(), source.window(), held, target));
     } else {
       const T* samples = reinterpret_cast<const T*>(source.row(source.window().y));
-      lay_all(Kernel<false, T, T, A>(resampling, samples, source.window(), validity, target));
+      lay_all(Kernel<false, T, T, A>(resampling, samples, source.window(), held, target));
     }
   });
 }
 
 void copy(const TexelType& type, std::array<std::int64_t, 2> shift, const Window& clip, const Block& source,
           Block& target) {
-  static thread_local Validity validity;
-  validity.read(type, source);
+  static thread_local Held held;
+  held.read(type, source);
   const Window& from = source.window();
   for (std::int32_t y = clip.y; y < clip.y + clip.height; ++y) {
     const auto row = static_cast<std::int32_t>(y - shift[1]), column = static_cast<std::int32_t>(clip.x - shift[0]);
     const std::size_t first = static_cast<std::size_t>(column - from.x), bytes = type.texel_bytes();
     const Holds* holds =
-        validity.all()
+        held.all()
             ? nullptr
-            : validity.texels() + static_cast<std::size_t>(row - from.y) * static_cast<std::size_t>(from.width) + first;
+            : held.texels() + static_cast<std::size_t>(row - from.y) * static_cast<std::size_t>(from.width) + first;
     const std::byte* texels = source.row(row) + first * bytes;
     const std::size_t offset = static_cast<std::size_t>(clip.x - target.window().x);
     std::byte* to = target.row(y) + offset * bytes;

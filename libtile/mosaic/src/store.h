@@ -7,7 +7,7 @@
 #include <type_traits>
 
 #include "nadir/mosaic/placement.h"
-#include "validity.h"
+#include "nadir/mosaic/validity.h"
 
 namespace nadir::mosaic {
 
@@ -34,11 +34,11 @@ template <class T, class A>
 class Store {
  public:
   Store(const TexelType& type, const PlacementOptions& options, bool power)
-      : type_(type), is_data_(type), power_(power), scale_(options.scale), offset_(options.offset) {}
+      : type_(type), validity_(type), power_(power), scale_(options.scale), offset_(options.offset) {}
 
   /// Of `texels` whole texels.
   void all(const A* values, int texels, T* to) const {
-    if (!power_ && !is_data_.has_nodata()) {
+    if (!power_ && !validity_.has_nodata()) {
       for (int i = 0; i < texels * type_.bands; ++i) to[i] = nearest_sample<T>(values[i]);
       return;
     }
@@ -52,12 +52,12 @@ class Store {
   T data(A value) const {
     if (power_) value = stored_decibels(value);
     const T sample = nearest_sample<T>(value);
-    return is_data_.has_nodata() && sample == is_data_.nodata() ? beside_nodata(value) : sample;
+    return validity_.has_nodata() && sample == validity_.nodata() ? to_sample<T>(value, validity_) : sample;
   }
 
   /// What a band holds that holds nothing in a texel where another does.
   T hole() const {
-    if (is_data_.has_nodata()) return is_data_.nodata();
+    if (validity_.has_nodata()) return validity_.nodata();
     return std::is_floating_point_v<T> ? std::numeric_limits<T>::quiet_NaN() : T{};
   }
 
@@ -67,20 +67,10 @@ class Store {
     return static_cast<A>((decibels - offset_) / scale_);
   }
 
-  T beside_nodata(A value) const {
-    constexpr T lowest = std::numeric_limits<T>::lowest(), greatest = std::numeric_limits<T>::max();
-    const T nodata = is_data_.nodata();
-    const bool up = nodata == lowest || (nodata != greatest && value >= static_cast<A>(nodata));
-    if constexpr (std::is_floating_point_v<T>)
-      return std::nextafter(nodata, up ? greatest : lowest);
-    else
-      return static_cast<T>(up ? nodata + 1 : nodata - 1);
-  }
-
   static constexpr double least_power = 1e-300;  // -3000 dB: nothing measured is as faint, and its logarithm is finite
 
   const TexelType& type_;
-  const DataSample<T> is_data_;
+  const Validity<T> validity_;
   const bool power_;
   const double scale_, offset_;
 };

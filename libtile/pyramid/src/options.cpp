@@ -5,7 +5,8 @@
 
 namespace nadir::pyramid {
 namespace {
-constexpr std::array<std::string_view, 7> compressions = {"none", "deflate", "zstd", "lzw", "jpeg", "webp", "lerc"};
+constexpr std::array<std::string_view, 8> compressions = {"none", "deflate", "zstd", "lzw",
+                                                          "lzma", "jpeg",    "webp", "lerc"};
 constexpr std::array<std::string_view, 5> filters = {"box", "gaussian", "lanczos", "nearest", "mode"};
 }  // namespace
 

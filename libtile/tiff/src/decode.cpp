@@ -3,37 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <memory>
 #include <vector>
 
 #include "codecs.h"
 #include "rows.h"
+#include "scratch.h"
 
 namespace nadir::tiff {
 namespace {
-
-/// Memory that a thread decodes in. Not initialised: whatever is read from it was written before.
-class Scratch {
- public:
-  std::span<std::byte> take(std::size_t bytes) {
-    if (bytes > size_) {
-      bytes_.reset(new std::byte[bytes]);
-      size_ = bytes;
-    }
-    return {bytes_.get(), bytes};
-  }
-  /// Gives back what only a rare tile needs.
-  void trim() {
-    if (size_ <= most_kept_bytes) return;
-    bytes_.reset();
-    size_ = 0;
-  }
-
- private:
-  static constexpr std::size_t most_kept_bytes = 16 << 20;
-  std::unique_ptr<std::byte[]> bytes_;
-  std::size_t size_ = 0;
-};
 
 Result<void> unpack_lerc_stream(const TileFormat& format, std::span<const std::byte> packed, std::span<std::byte> out) {
   if (format.lerc_packing == 0) return unpack_lerc(format, packed, out);
@@ -66,7 +43,6 @@ Result<void> unpack(const TileFormat& format, std::span<const std::byte> packed,
     case Codec::None:
       break;
   }
-  if (packed.size() < out.size()) return damaged(fmt::format("{} bytes of {}", packed.size(), out.size()));
   std::copy_n(packed.begin(), out.size(), out.begin());
   return {};
 }
@@ -82,7 +58,8 @@ Sample decoded_sample(const TileFormat& format) {
   const bool is_signed = format.number == Number::Signed;
   if (format.bits <= 8) return is_signed ? Sample::I8 : Sample::U8;
   if (format.bits <= 16) return is_signed ? Sample::I16 : Sample::U16;
-  return is_signed ? Sample::I32 : Sample::U32;
+  if (format.bits <= 32) return is_signed ? Sample::I32 : Sample::U32;
+  return is_signed ? Sample::I64 : Sample::U64;
 }
 
 bool rows_lie_as_decoded(const TileFormat& format) {
@@ -110,6 +87,9 @@ Result<void> decode_tile(const TileFormat& format, std::span<const std::byte> pa
     return {};
   }
 
+  // Before memory is taken: a strip that is not packed may claim any height.
+  if (format.codec == Codec::None && packed.size() < format.tile_bytes())
+    return damaged(fmt::format("{} bytes of {}", packed.size(), format.tile_bytes()));
   const std::span<std::byte> unpacked = unpacked_scratch.take(static_cast<std::size_t>(format.tile_bytes()));
   if (auto ok = unpack(format, packed, unpacked); !ok) return ok;
   // A row of its own for what is restored: rows of odd widths start anywhere.

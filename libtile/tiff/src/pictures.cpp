@@ -99,13 +99,6 @@ const char* decode_jpeg(JpegDecoder& jpeg, const TileFormat& format, std::span<c
   return nullptr;
 }
 
-/// LERC's numbers for types of samples.
-std::uint32_t lerc_type(const TileFormat& format) {
-  if (format.number == Number::Float) return format.bits == 32 ? 6 : 7;
-  const std::uint32_t width = format.bits == 8 ? 0 : format.bits == 16 ? 2 : 4;
-  return width + (format.number == Number::Signed ? 0 : 1);
-}
-
 template <class T>
 void mark_missing(const std::vector<unsigned char>& valid, std::size_t samples, std::byte* out) {
   auto* to = reinterpret_cast<T*>(out);
@@ -114,6 +107,12 @@ void mark_missing(const std::vector<unsigned char>& valid, std::size_t samples, 
 }
 
 }  // namespace
+
+unsigned lerc_type(const TileFormat& format) {
+  if (format.number == Number::Float) return format.bits == 32 ? 6 : 7;
+  const unsigned width = format.bits == 8 ? 0 : format.bits == 16 ? 2 : 4;
+  return width + (format.number == Number::Signed ? 0 : 1);
+}
 
 Result<void> unpack_jpeg(const TileFormat& format, std::span<const std::byte> packed, std::span<std::byte> out) {
   thread_local std::unique_ptr<JpegDecoder> jpeg;

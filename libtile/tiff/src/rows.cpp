@@ -1,8 +1,10 @@
 #include "rows.h"
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <cstring>
+#include <vector>
 
 #if defined(__x86_64__)
 #include <immintrin.h>
@@ -39,6 +41,34 @@ void join_byte_planes(std::byte* row, std::byte* scratch, std::size_t count, std
     const std::byte* plane = scratch + b * count;
     std::byte* to = row + (std::endian::native == std::endian::big ? b : width - 1 - b);
     for (std::size_t i = 0; i < count; ++i) to[i * width] = plane[i];
+  }
+}
+
+/// What `accumulate` turns back.
+template <class T>
+void take_differences(const T* samples, std::size_t count, std::size_t step, T* out) {
+  std::memcpy(out, samples, std::min(step, count) * sizeof(T));
+  for (std::size_t i = step; i < count; ++i) out[i] = static_cast<T>(samples[i] - samples[i - step]);
+}
+
+/// What `join_byte_planes` turns back.
+template <class T>
+void split_byte_planes(const T* samples, std::size_t count, std::size_t step, std::uint8_t* out) {
+  static thread_local std::vector<std::uint8_t> planes;
+  planes.resize(count * sizeof(T));
+  for (std::size_t i = 0; i < count; ++i)
+    for (std::size_t b = 0; b < sizeof(T); ++b)
+      planes[b * count + i] = static_cast<std::uint8_t>(samples[i] >> (8 * (sizeof(T) - 1 - b)));
+  take_differences(planes.data(), planes.size(), step, out);
+}
+
+/// One byte a sample, 0 or not, to bits, high ones first.
+void pack_bits(const std::byte* row, std::size_t count, std::byte* out) {
+  for (std::size_t i = 0; i < count; i += 8) {
+    unsigned byte = 0;
+    for (std::size_t bit = 0; bit < 8 && i + bit < count; ++bit)
+      byte |= (row[i + bit] != std::byte{0} ? 0x80u : 0u) >> bit;
+    out[i / 8] = static_cast<std::byte>(byte);
   }
 }
 
@@ -156,6 +186,31 @@ std::size_t wide_row_bytes(const TileFormat& format) {
   const bool as_stored = format.bits == 8 || format.bits == 16 || format.bits == 32 || format.bits == 64;
   if (as_stored && !(format.number == Number::Float && format.bits == 16)) return 0;
   return std::size_t{format.tile_width} * format.samples_together() * size_bytes(decoded_sample(format));
+}
+
+void predict_row(const TileFormat& format, const std::byte* row, std::byte* packed) {
+  const std::size_t step = format.samples_together(), count = std::size_t{format.tile_width} * step;
+  const bool horizontal = format.predictor == Predictor::Horizontal;
+  const bool planes = format.predictor == Predictor::FloatingPoint;
+  const auto differences = [&]<class T>(T) {
+    const auto* samples = reinterpret_cast<const T*>(row);
+    if (planes)
+      split_byte_planes(samples, count, step, reinterpret_cast<std::uint8_t*>(packed));
+    else
+      take_differences(samples, count, step, reinterpret_cast<T*>(packed));
+  };
+  if (format.bits == 1)
+    pack_bits(row, count, packed);
+  else if (!horizontal && !planes)
+    std::memcpy(packed, row, static_cast<std::size_t>(format.row_bytes()));
+  else if (format.bits == 8)
+    differences(std::uint8_t{});
+  else if (format.bits == 16)
+    differences(std::uint16_t{});
+  else if (format.bits == 32)
+    differences(std::uint32_t{});
+  else
+    differences(std::uint64_t{});
 }
 
 const std::byte* restore_row(const TileFormat& format, std::byte* row, std::byte* scratch, std::byte* wide) {

@@ -12,6 +12,10 @@ namespace nadir::tiff {
 /// `row` itself where widths are whole, else `wide`, which holds tile_width * samples_together() of them.
 const std::byte* restore_row(const TileFormat& format, std::byte* row, std::byte* scratch, std::byte* wide);
 
+/// The inverse: a row of decoded samples as it is packed, into the format.row_bytes() bytes of `packed`. Little-endian;
+/// samples of 1, 8, 16, 32 or 64 bits.
+void predict_row(const TileFormat& format, const std::byte* row, std::byte* packed);
+
 /// Whether `restore_row` would leave rows as they are.
 bool rows_are_plain(const TileFormat& format);
 

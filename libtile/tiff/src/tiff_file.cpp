@@ -234,17 +234,23 @@ Result<Directory> TiffFile::read_directory(std::uint64_t place, std::uint64_t& n
     if (!v && !problem) problem = v.error();
     return v.value_or(0);
   };
-  const std::uint64_t width = value(256, 0), height = value(257, 0), tile_width = value(322, 0),
-                      tile_height = value(323, 0), compression = value(259, 1), photometric = value(262, 1),
-                      samples = value(277, 1), planar = value(284, 1), predictor = value(317, 1),
-                      subfile = value(254, 0), fill_order = value(266, 1), orientation = value(274, 1);
+  const std::uint64_t width = value(256, 0), height = value(257, 0), compression = value(259, 1),
+                      photometric = value(262, 1), samples = value(277, 1), planar = value(284, 1),
+                      predictor = value(317, 1), subfile = value(254, 0), fill_order = value(266, 1),
+                      orientation = value(274, 1);
+  std::uint64_t tile_width = value(322, 0), tile_height = value(323, 0);
+  const bool strips = directory.field(273) && !directory.field(322) && !directory.field(323);
+  if (strips) {
+    tile_width = width;
+    tile_height = std::min(value(278, height), height);
+  }
   if (problem) return tl::unexpected(*problem);
   constexpr std::uint64_t most_texels = std::numeric_limits<std::int32_t>::max();
   if (width == 0 || height == 0 || width > most_texels || height > most_texels)
     return malformed(
         fmt::format("expected a size of 1 to {} texels a side, found {} x {}", most_texels, width, height));
   if (tile_width == 0 || tile_height == 0) return unsupported("not tiled");
-  if (tile_width > 65536 || tile_height > 65536) return unsupported("its tiles are too large");
+  if (!strips && (tile_width > 65536 || tile_height > 65536)) return unsupported("its tiles are too large");
   if (samples == 0 || samples > 65535) return malformed(fmt::format("{} samples a texel", samples));
   const auto codec = codec_of(compression);
   if (!codec) return unsupported(fmt::format("compression {}", compression));
@@ -268,6 +274,7 @@ Result<Directory> TiffFile::read_directory(std::uint64_t place, std::uint64_t& n
   directory.height = static_cast<std::uint32_t>(height);
   directory.reduced = subfile & 1;
   directory.mask = subfile & 4;
+  directory.strips = strips;
   TileFormat& format = directory.format;
   format.tile_width = static_cast<std::uint32_t>(tile_width);
   format.tile_height = static_cast<std::uint32_t>(tile_height);
@@ -321,7 +328,10 @@ Result<Directory> TiffFile::read_directory(std::uint64_t place, std::uint64_t& n
   if (format.codec == Codec::WebP && (format.separate || (samples != 3 && samples != 4)))
     return unsupported("WebP of other than 3 or 4 bands");
   if (format.codec == Codec::Jpeg && format.samples_together() > 4) return unsupported("JPEG of more than 4 bands");
-  if (format.tile_bytes() > most_tile_bytes) return unsupported("its tiles are too large");
+  // All of an image may be one strip, of which parts are read where nothing has to be unpacked.
+  if (format.row_bytes() > most_tile_bytes ||
+      (format.tile_bytes() > most_tile_bytes && !(strips && rows_lie_as_decoded(format))))
+    return unsupported("its tiles are too large");
   if (const Field* extra = directory.field(338)) {
     const auto kinds = numbers(*extra);
     if (!kinds) return fail(kinds);
@@ -364,8 +374,8 @@ Result<Directory> TiffFile::read_directory(std::uint64_t place, std::uint64_t& n
           fmt::format("its table of {} tiles reaches beyond the file's {} bytes", array.count, file_bytes));
     return {};
   };
-  if (auto ok = table(324, directory.offsets); !ok) return fail(ok);
-  if (auto ok = table(325, directory.byte_counts); !ok) return fail(ok);
+  if (auto ok = table(strips ? 273 : 324, directory.offsets); !ok) return fail(ok);
+  if (auto ok = table(strips ? 279 : 325, directory.byte_counts); !ok) return fail(ok);
   return directory;
 }
 

@@ -69,8 +69,8 @@ Result<Metadata> read_metadata(const tiff::TiffFile& file, const Directory& dire
 }
 
 std::string_view stored_type(const TileFormat& format) {
-  static constexpr std::array<std::string_view, 8> names = {"Byte",   "Int8",  "UInt16",  "Int16",
-                                                            "UInt32", "Int32", "Float32", "Float64"};
+  static constexpr std::array<std::string_view, 10> names = {"Byte",  "Int8",   "UInt16", "Int16",   "UInt32",
+                                                             "Int32", "UInt64", "Int64",  "Float32", "Float64"};
   return names[static_cast<std::size_t>(tiff::decoded_sample(format))];
 }
 

@@ -70,6 +70,9 @@ Result<std::unique_ptr<Raster>> open_tiff_raster(std::shared_ptr<const ByteSourc
   auto file = tiff::TiffFile::open(std::move(source));
   if (!file) return fail(file);
   const ByteSource& bytes = (*file)->source();
+  const auto& directories = (*file)->directories();
+  if (std::any_of(directories.begin(), directories.end(), [](const tiff::Directory& d) { return d.strips; }))
+    return fail(Error::Kind::Unsupported, bytes.name() + ": not tiled");
   const bool companions = !bytes.is_remote() && has_companions(bytes.name());
   auto description =
       companions ? fail(Error::Kind::Unsupported, bytes.name() + ": files beside it say more") : describe_tiff(**file);

@@ -43,6 +43,12 @@ class Block {
     masked_ = type.mask;
   }
 
+  /// Renames texels: the window moves, samples stay.
+  void move_by(std::int32_t columns, std::int32_t rows) {
+    window_.x += columns;
+    window_.y += rows;
+  }
+
   const Window& window() const { return window_; }
   bool masked() const { return masked_; }
   std::size_t texel_bytes() const { return texel_bytes_; }
@@ -85,5 +91,11 @@ class Block {
   Memory<std::byte> samples_;
   Memory<std::uint8_t> valid_;
 };
+
+/// Whether a texel can say that it holds no data; NaN alone does not count.
+inline bool tells_holes(const TexelType& type) { return type.mask || type.alpha || type.nodata.has_value(); }
+
+/// Makes all texels empty: nodata where the type has it, masked, transparent; else NaN, or 0 in integers.
+void clear(const TexelType& type, Block& block);
 
 }  // namespace nadir::mosaic

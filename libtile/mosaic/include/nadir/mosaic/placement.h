@@ -47,7 +47,7 @@ class Placement {
 
   /// Adds the source to `target`, which holds what lies below: texels of it replace those where they hold data (not
   /// nodata, masked, transparent or NaN), all others stay. `source`: at least needed(target.window()).
-  /// Within half a source texel of its outline, where it only repeats itself, it replaces nothing that holds data.
+  /// Within half a texel of the source's outline they replace none that hold data.
   /// Colours under partial transparency are weighted by it; nodata and invalid texels have no part in what is blended.
   void resample(const TexelType& type, const Block& source, Block& target) const;
 

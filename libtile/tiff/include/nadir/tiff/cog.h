@@ -6,7 +6,6 @@
 #include <span>
 #include <vector>
 
-#include "nadir/base/result.h"
 #include "nadir/tiff/directory.h"
 
 namespace nadir::tiff {
@@ -23,14 +22,14 @@ struct CogLevel {
   std::uint32_t width = 0, height = 0;
 };
 
-/// A cloud-optimized GeoTIFF before it has tiles: level 0 first.
+/// A cloud-optimized GeoTIFF before it has tiles.
 struct CogImage {
-  TileFormat format;                         // of imagery, in all levels
+  TileFormat format;                         // of imagery in all levels; bands are interleaved
   std::vector<std::uint16_t> extra_samples;  // 2: alpha not multiplied into the colours, 0: unspecified
   std::optional<TileFormat> mask;            // of 1 bit, same tile size, where validity lies in masks of its own
-  std::vector<CogLevel> levels;
-  std::vector<NewField> fields;         // of level 0 beyond what tiles need: georeference, metadata, nodata, colours
-  std::vector<NewField> shared_fields;  // of all levels: nodata, colours
+  std::vector<CogLevel> levels;              // level 0 first
+  std::vector<NewField> fields;              // of level 0 beyond what tiles need: georeference, metadata
+  std::vector<NewField> shared_fields;       // of all levels: nodata, colours
 };
 
 /// Bytes of each packed tile of a level, row by row; 0 where there is none. `mask` is empty where the image has none.
@@ -38,19 +37,20 @@ struct TileSizes {
   std::vector<std::uint32_t> imagery, mask;
 };
 
-/// Root of the mean square per data band that a tile loses in the next coarser level; tiles row by row, bands
-/// interleaved. Empty for the coarsest.
+/// Root of the mean square that a tile loses in the next coarser level, per data band; tiles row by row, bands
+/// interleaved. Empty for the coarsest level.
 using TileLosses = std::vector<float>;
 
 /// Where everything lies in the file.
 struct CogArrangement {
+  bool big = false;                                       // BigTIFF: 32 bits are not enough
   std::uint64_t data_begin = 0;                           // the header lies before
   std::vector<std::vector<std::uint64_t>> imagery, mask;  // a level's offsets of packed tiles; 0 where there is none
   std::vector<std::uint64_t> losses;                      // a level's offset of its TileLosses; 0 where it has none
   std::uint64_t file_bytes = 0;
 };
 
-/// The private tag of a level's TileLosses: offset and count, LONG8 in big files.
+/// The private tag of a level's TileLosses: offset and count of floats.
 namespace tag {
 inline constexpr std::uint16_t tile_losses = 65110;
 }
@@ -59,15 +59,13 @@ inline constexpr std::uint16_t tile_losses = 65110;
 inline constexpr std::uint64_t tile_leader_bytes = 4, tile_trailer_bytes = 4;
 
 /// Lays a file out: header, then tiles from the coarsest level to level 0, each level row by row and each tile's mask
-/// behind it, then losses. BigTIFF where 32 bits are not enough.
-/// `header_room`: bytes to leave for the header at least, where `image.fields` are still to change.
+/// behind it, then losses.
+/// `spare_bytes`: by which fields may still grow until `header` is called, where tiles are written before.
 CogArrangement arrange(const CogImage& image, std::span<const TileSizes> sizes, std::span<const TileLosses> losses,
-                       std::uint64_t header_room = 0);
+                       std::uint64_t spare_bytes);
 
-/// Bytes that the header takes at most with `spare_bytes` more in its fields.
-std::uint64_t header_bytes(const CogImage& image, bool with_losses, std::uint64_t spare_bytes);
-
-/// All before data_begin: signature, notes for GDAL, directories, tables of tiles.
+/// All before data_begin: signature, notes for GDAL, directories, tables of tiles. Source of the layout: what GDAL's
+/// COG driver writes, which its validator and readers of byte ranges expect.
 std::vector<std::byte> header(const CogImage& image, std::span<const TileSizes> sizes,
                               std::span<const TileLosses> losses, const CogArrangement& arrangement);
 

@@ -43,6 +43,7 @@ struct TileFormat {
   Codec codec = Codec::None;
   Predictor predictor = Predictor::None;
   Photometric photometric = Photometric::MinIsBlack;
+  std::uint8_t chroma_step = 1;  // texels to a colour difference of YCbCr, on both axes: 1 or 2. Tiles tell it too.
   std::vector<std::byte> jpeg_tables;  // shared by all tiles; may be empty
   int lerc_packing = 0;                // of LERC's blobs: 0 none, 1 DEFLATE, 2 Zstandard
 
@@ -55,7 +56,8 @@ struct TileFormat {
 struct Directory {
   std::uint32_t width = 0, height = 0;  // texels, both below 2^31
   TileFormat format;
-  bool reduced = false, mask = false;        // bits 0 and 2 of NewSubfileType
+  bool reduced = false, mask = false;  // bits 0 and 2 of NewSubfileType
+  bool strips = false;  // tiles as wide as the image, of which the last ends with it: its height is what is left
   std::vector<std::uint16_t> extra_samples;  // what the samples beyond the colours are; 1, 2: alpha
   ArrayPlace offsets, byte_counts;
   std::vector<Field> fields;

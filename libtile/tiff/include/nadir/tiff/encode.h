@@ -2,8 +2,8 @@
 
 #include <cstddef>
 #include <memory>
-#include <span>
 
+#include "nadir/base/raw_bytes.h"
 #include "nadir/base/result.h"
 #include "nadir/tiff/directory.h"
 
@@ -28,10 +28,10 @@ class TileEncoder {
   /// As given, completed by what the codec decides: JPEG's shared tables and colour model, LERC's packing.
   const TileFormat& format() const;
 
-  /// Packs a tile of tile_height rows, each of tile_width * samples_together() samples of type decoded_sample(),
-  /// `stride` bytes from one to the next. Samples lie aligned for their type; rows may be those of a larger block.
-  /// The bytes are good until this thread's next call of any encoder.
-  Result<std::span<const std::byte>> encode(const std::byte* first_row, std::size_t stride) const;
+  /// Packs a tile and appends it to `out`: tile_height rows, each of tile_width * samples_together() samples of type
+  /// decoded_sample(), `stride` bytes from one to the next. Samples lie aligned for their type; rows may be those of a
+  /// larger block. Its size in bytes.
+  Result<std::size_t> append(const std::byte* first_row, std::size_t stride, RawBytes& out) const;
 
  private:
   struct State;

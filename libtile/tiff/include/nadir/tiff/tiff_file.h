@@ -24,14 +24,15 @@ struct TilePlace {
 
 class Pages;
 
-/// The directories of a tiled TIFF, classic or big, in either byte order, read from its headers alone.
+/// The directories of a TIFF, classic or big, in either byte order, read from its headers alone. Strips are tiles as
+/// wide as the image.
 ///
 /// The tables of where tiles lie are read when a tile is asked for, a page at a time, and few pages are kept: opening
 /// costs the same for a map of any size. Offsets are trusted only as far as the file reaches.
 /// Thread-safe.
 class TiffFile {
  public:
-  /// Malformed where it is no TIFF or breaks the format; Unsupported where some directory is not tiled or is packed in
+  /// Malformed where it is no TIFF or breaks the format; Unsupported where some directory has no tiles or is packed in
   /// a way that is not read here.
   static Result<std::shared_ptr<const TiffFile>> open(std::shared_ptr<const ByteSource> source);
   ~TiffFile();
