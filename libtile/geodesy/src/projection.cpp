@@ -68,6 +68,9 @@ Result<Projection> Projection::from_definition(const std::string& definition) {
 const std::string& Projection::name() const { return shared_->name; }
 const std::string& Projection::datum() const { return shared_->datum; }
 bool Projection::uses_library() const { return shared_->library != nullptr; }
+std::optional<double> Projection::turn() const {
+  return shared_->geographic ? std::optional(360 / shared_->degrees_per_unit) : std::nullopt;
+}
 void Projection::wrap_around(double x) { wrap_x_ = shared_->geographic ? std::optional(x) : std::nullopt; }
 std::int64_t Projection::library_points() const { return shared_->points.load(std::memory_order_relaxed); }
 
@@ -92,10 +95,8 @@ void Projection::crs_from_lon_lat(std::span<Eigen::Vector2d> points) const {
     shared_->library->transform(LibraryCrs::Direction::Into, points);
     shared_->points.fetch_add(static_cast<std::int64_t>(points.size()), std::memory_order_relaxed);
   }
-  if (wrap_x_) {
-    const double turn = 360 / shared_->degrees_per_unit;
-    for (auto& p : points) p.x() -= turn * std::round((p.x() - *wrap_x_) / turn);
-  }
+  if (wrap_x_)
+    for (auto& p : points) p.x() -= *turn() * std::round((p.x() - *wrap_x_) / *turn());
 }
 
 void Projection::lon_lat_from_crs(std::span<Eigen::Vector2d> points) const {

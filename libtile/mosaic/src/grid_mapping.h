@@ -1,57 +1,51 @@
 #pragma once
 
 #include <array>
-#include <atomic>
 #include <vector>
 
+#include "exact_mapping.h"
 #include "nadir/mosaic/block.h"
-#include "nadir/mosaic/grid.h"
 
 namespace nadir::mosaic {
 
-/// A square of target texels within which source coordinates are bilinear between its corners.
-struct MappingPatch {
-  std::int64_t x = 0, y = 0;
-  std::int32_t side = 0;
-  std::array<Eigen::Vector2d, 4> corners;  // source texels, row by row; NaN where the mapping is not defined
+/// A rectangle of target texels, and where in the source they lie.
+struct Patch {
+  Window rect;
+  Eigen::Vector2d corner, per_column, per_row, twist;  // texels of the source
+  std::array<int, 2> samples = {1, 1};                 // along columns and rows, that make up one texel
 
-  bool defined() const {
-    return corners[0].allFinite() && corners[1].allFinite() && corners[2].allFinite() && corners[3].allFinite();
+  /// The place in the source `column` and `row` texels right of and below the rectangle's corner.
+  Eigen::Vector2d source(double column, double row) const {
+    return corner + row * per_row + column * (per_column + row * twist);
   }
 };
 
-/// From texels of one grid to those of another, within a bound.
-///
-/// Where both share a CRS it is affine and exact. Else squares of the target, always the same ones whatever is asked
-/// for, are halved until bilinear interpolation of their corners is near enough. For a mapping whose second derivatives
-/// are constant over a square its error is greatest at the centre or in the middle of a side, where it is checked; a
-/// third of the tolerance is left for what they change.
-/// Thread-safe.
+/// Target texels to source texels within a tolerance: bilinear inside patches of at most `block_texels` a side, which
+/// lie at multiples of that and are quartered until they meet the tolerance. A patch depends on both grids alone, not
+/// on the window that asks for it. Thread-safe.
 class GridMapping {
  public:
+  static constexpr std::int32_t block_texels = 256;
+  static constexpr int most_samples = 8;  // along an axis of a texel
+
   GridMapping(const Grid& target, const Grid& source, double tolerance_texels);
 
-  /// Source texels from target texels, in place, exact; NaN where undefined.
-  void map(std::span<Eigen::Vector2d> points) const;
-  /// The way back.
-  void map_back(std::span<Eigen::Vector2d> points) const;
+  const ExactMapping& exact() const { return exact_; }
 
-  bool is_affine() const { return affine_.has_value(); }
-  const Eigen::Affine2d& affine() const { return *affine_; }
-
-  /// Patches that hold all texels of `window`, clipped to nothing: they may reach beyond it.
-  std::vector<MappingPatch> patches(const Window& window) const;
-
-  std::int64_t exact_points() const { return exact_points_; }
+  /// The patches that meet `window`, which lies within the target; those that certainly miss the source are left out.
+  /// What is defined nowhere has no patch.
+  std::vector<Patch> patches(const Window& window) const;
 
  private:
-  void divide(const MappingPatch& patch, std::vector<MappingPatch>& done) const;
+  void add(const Window& rect, const Window& window, std::vector<Patch>& patches) const;
 
-  Grid target_, source_;
-  Eigen::Affine2d source_from_crs_, target_from_crs_;
-  std::optional<Eigen::Affine2d> affine_;
-  double tolerance_;
-  mutable std::atomic<std::int64_t> exact_points_{0};
+  ExactMapping exact_;
+  Window target_;
+  Eigen::AlignedBox2d source_;
+  double tolerance_texels_;
 };
+
+/// Texels common to both; width and height are 0 where there are none.
+Window intersection(const Window& a, const Window& b);
 
 }  // namespace nadir::mosaic

@@ -1,270 +1,369 @@
 #include "resample.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstring>
 
-#include "nadir/mosaic/validity.h"
+#include "held.h"
+#include "interpolate.h"
+#include "store.h"
 
 namespace nadir::mosaic {
 namespace {
 
-constexpr int most_samples = 8;  // along an axis of a target texel: beyond, an overview of the source is the better way
+/// A row of a patch: bilinear interpolation is linear along it.
+struct Row {
+  Eigen::Vector2d start, step;  // texels of the source
 
-/// Samples along each axis of a target texel that is larger than the source's.
-int samples_across(const PlacementOptions& options, double minification) {
-  if (options.interpolation == Interpolation::Nearest || minification <= 1.2) return 1;
-  return std::clamp(static_cast<int>(std::ceil(minification)), 1, most_samples);
-}
+  Row(const Patch& patch, double row)
+      : start(patch.corner + row * patch.per_row), step(patch.per_column + row * patch.twist) {}
+  double x(double column) const { return start.x() + column * step.x(); }
+  double y(double column) const { return start.y() + column * step.y(); }
+};
 
-/// Weights of Catmull and Rom's cubic (a = -1/2) for the samples at -1, 0, 1 and 2 around a fraction.
-std::array<double, 4> cubic_weights(double t) {
-  const double t2 = t * t, t3 = t2 * t;
-  return {(-t3 + 2 * t2 - t) / 2, (3 * t3 - 5 * t2 + 2) / 2, (-3 * t3 + 4 * t2 + t) / 2, (t3 - t2) / 2};
-}
-
-/// Texels of one type within one call.
-template <class T>
-class PatchResampler {
+/// Lays samples of type S, calculated with in A, onto texels of T: the same but for decibels, which come as power.
+template <bool Power, class S, class T, class A>
+class Kernel {
  public:
-  PatchResampler(const TexelType& type, const PlacementOptions& options, double minification, std::int64_t width,
-                 std::int64_t height, const Block& source, Block& target)
-      : options_(options),
-        type_(type),
-        validity_(without_mask(type, source)),
-        width_(width),
-        height_(height),
-        samples_(samples_across(options, minification)),
-        source_(source),
+  Kernel(const Resampling& resampling, const S* samples, const Window& window, const Held& held, Block& target)
+      : type_(resampling.type),
+        interpolation_(resampling.options.interpolation),
+        bands_(resampling.type.bands),
+        width_(resampling.source_width),
+        height_(resampling.source_height),
+        samples_(samples),
+        window_(window),
+        row_(static_cast<std::ptrdiff_t>(window.width) * resampling.type.bands),
+        held_(held),
+        validity_(Power ? TexelType{} : resampling.type),
+        validity_below_(resampling.type),
+        store_(resampling.type, resampling.options, Power),
         target_(target),
-        bands_(static_cast<std::size_t>(type.bands)),
-        sums_(bands_),
-        weights_(bands_) {
-    find_whole();
-  }
+        sums_(static_cast<std::size_t>(run_texels * bands_ + 1)),
+        blended_(static_cast<std::size_t>(bands_)) {}
 
-  void run(const MappingPatch& patch, const Window& w) {
-    const std::int64_t left = std::max<std::int64_t>(patch.x, w.x), top = std::max<std::int64_t>(patch.y, w.y);
-    const std::int64_t right = std::min<std::int64_t>(patch.x + patch.side, std::int64_t{w.x} + w.width);
-    const std::int64_t bottom = std::min<std::int64_t>(patch.y + patch.side, std::int64_t{w.y} + w.height);
-    if (left >= right || !patch.defined()) return;
-    const bool quick = options_.interpolation == Interpolation::Bilinear && samples_ == 1 && !options_.power;
-    for (std::int64_t y = top; y < bottom; ++y) {
-      // Along a row source coordinates run evenly.
-      const double v = (static_cast<double>(y - patch.y) + 0.5) / patch.side;
-      const Eigen::Vector2d begin = patch.corners[0] + v * (patch.corners[2] - patch.corners[0]);
-      const Eigen::Vector2d end = patch.corners[1] + v * (patch.corners[3] - patch.corners[1]);
-      const Eigen::Vector2d across = (end - begin) / patch.side;
-      const Eigen::Vector2d down =
-          ((patch.corners[2] - patch.corners[0]) + (patch.corners[3] - patch.corners[1])) / (2.0 * patch.side);
-      T* out = reinterpret_cast<T*>(target_.row(static_cast<std::int32_t>(y))) +
-               static_cast<std::size_t>(left - target_.window().x) * bands_;
-      std::uint8_t* valid =
-          target_.masked() ? target_.valid_row(static_cast<std::int32_t>(y)) + (left - target_.window().x) : nullptr;
-      for (std::int64_t x = left; x < right; ++x, out += bands_, valid += valid ? 1 : 0) {
-        const Eigen::Vector2d p = begin + (static_cast<double>(x - patch.x) + 0.5) * across;
-        if (!(p.x() >= 0 && p.y() >= 0 && p.x() <= static_cast<double>(width_) &&
-              p.y() <= static_cast<double>(height_)))
-          continue;
-        if (is_border(p) && holds_data(out, valid)) continue;
-        if (!(quick && bilinear_of_whole(p, out)) && !general(p, across, down, out)) continue;
-        if (valid) *valid = 255;
-      }
-    }
+  void lay(const Patch& patch, const Window& clip) {
+    const Window part = intersection(patch.rect, clip);
+    for (std::int32_t y = part.y; y < part.y + part.height; ++y)
+      for (std::int32_t x = part.x; x < part.x + part.width; x += run_texels)
+        run(patch, x, y, std::min(run_texels, part.x + part.width - x));
   }
 
  private:
-  /// Within half a texel of the outline samples go on as the border's: that yields to any that lie below.
-  bool is_border(const Eigen::Vector2d& p) const {
-    return p.x() < 0.5 || p.y() < 0.5 || p.x() > static_cast<double>(width_) - 0.5 ||
-           p.y() > static_cast<double>(height_) - 0.5;
-  }
-  bool holds_data(const T* texel, const std::uint8_t* valid) const {
-    if (valid) return *valid != 0;
-    return validity_.texel(texel, nullptr) &&
-           std::any_of(texel, texel + type_.data_bands(), [&](T sample) { return validity_.sample(sample); });
-  }
+  struct Tap {
+    const S* texel;
+    Holds holds;
+    A weight;
+  };
 
-  /// What a block without validity of its own is asked about.
-  static TexelType without_mask(TexelType type, const Block& source) {
-    type.mask = type.mask && source.masked();
-    return type;
-  }
-
-  /// Marks texels all of whose samples count in full, unless all do.
-  void find_whole() {
-    if (validity_.always()) return;
-    const Window& w = source_.window();
-    whole_.resize(source_.texels());
-    std::size_t at = 0;
-    for (std::int32_t y = w.y; y < w.y + w.height; ++y) {
-      const T* texel = samples_at<T>(source_, type_, w.x, y);
-      const std::uint8_t* valid = valid_at(source_, w.x, y);
-      for (std::int32_t x = 0; x < w.width; ++x, texel += bands_, valid += valid ? 1 : 0)
-        whole_[at++] = validity_.whole(texel, valid);
-    }
-  }
-
-  bool is_whole(std::int64_t x, std::int64_t y) const {
-    if (whole_.empty()) return true;
-    const Window& w = source_.window();
-    return whole_[static_cast<std::size_t>(y - w.y) * static_cast<std::size_t>(w.width) +
-                  static_cast<std::size_t>(x - w.x)];
-  }
-
-  const T* texel_at(std::int64_t x, std::int64_t y) const {
-    return samples_at<T>(source_, type_, static_cast<std::int32_t>(x), static_cast<std::int32_t>(y));
-  }
-
-  /// Four whole texels: the common case. Bytes are weighted by fractions of 1/256 texel, which is its error in place.
-  bool bilinear_of_whole(const Eigen::Vector2d& p, T* out) const {
-    const double px = p.x() - 0.5, py = p.y() - 0.5;
-    const double fx = std::floor(px), fy = std::floor(py);
-    const auto x = static_cast<std::int64_t>(fx), y = static_cast<std::int64_t>(fy);
-    const std::int64_t x0 = std::max<std::int64_t>(x, 0), x1 = std::min(x + 1, width_ - 1);
-    const std::int64_t y0 = std::max<std::int64_t>(y, 0), y1 = std::min(y + 1, height_ - 1);
-    if (!(is_whole(x0, y0) && is_whole(x1, y0) && is_whole(x0, y1) && is_whole(x1, y1))) return false;
-    const T *a = texel_at(x0, y0), *b = texel_at(x1, y0), *c = texel_at(x0, y1), *d = texel_at(x1, y1);
-    if constexpr (std::is_same_v<T, std::uint8_t>) {
-      const auto u = static_cast<std::uint32_t>((px - fx) * 256 + 0.5),
-                 v = static_cast<std::uint32_t>((py - fy) * 256 + 0.5);
-      const std::uint32_t wd = u * v, wb = u * 256 - wd, wc = v * 256 - wd, wa = 65536 - wb - wc - wd;
-      for (std::size_t i = 0; i < bands_; ++i)
-        out[i] = static_cast<T>((wa * a[i] + wb * b[i] + wc * c[i] + wd * d[i] + 32768) >> 16);
-      if (validity_.has_nodata())
-        for (std::size_t i = 0; i < bands_; ++i)
-          if (out[i] == validity_.nodata()) out[i] = away_from_nodata(a[i], b[i], c[i], d[i], out[i]);
-    } else {
-      const double u = px - fx, v = py - fy;
-      for (std::size_t i = 0; i < bands_; ++i) {
-        const double top = static_cast<double>(a[i]) + u * (static_cast<double>(b[i]) - static_cast<double>(a[i]));
-        const double bottom = static_cast<double>(c[i]) + u * (static_cast<double>(d[i]) - static_cast<double>(c[i]));
-        out[i] = to_sample<T>(top + v * (bottom - top), validity_);
-      }
-    }
-    return true;
-  }
-
-  /// A blend of valid samples that fell on nodata: one step towards the greater part of them.
-  static T away_from_nodata(T a, T b, T c, T d, T nodata) {
-    const int above = (a > nodata) + (b > nodata) + (c > nodata) + (d > nodata);
-    const bool up = above >= 2 ? nodata < std::numeric_limits<T>::max() : nodata == std::numeric_limits<T>::lowest();
-    return static_cast<T>(up ? nodata + 1 : nodata - 1);
-  }
-
-  /// Any samples: those that count, by their weights. False where less than half of the weight counts.
-  bool general(const Eigen::Vector2d& p, const Eigen::Vector2d& across, const Eigen::Vector2d& down, T* out) {
-    if (options_.interpolation == Interpolation::Nearest) return nearest(p, out);
-    std::fill(sums_.begin(), sums_.end(), 0.0);
-    std::fill(weights_.begin(), weights_.end(), 0.0);
-    total_ = counted_ = opacity_ = 0;
-    for (int j = 0; j < samples_; ++j)
-      for (int i = 0; i < samples_; ++i)
-        add_sample(p + ((i + 0.5) / samples_ - 0.5) * across + ((j + 0.5) / samples_ - 0.5) * down);
-    if (!(counted_ >= 0.5 * total_)) return false;
-    const auto data_bands = static_cast<std::size_t>(type_.data_bands());
-    for (std::size_t b = 0; b < data_bands; ++b) {
-      if (!(weights_[b] > 1e-9)) {
-        out[b] = validity_.has_nodata() ? validity_.nodata() : nothing();
-        continue;
-      }
-      double mean = sums_[b] / weights_[b];
-      if (options_.power) mean = (10 * std::log10(std::max(mean, 1e-300)) - options_.offset) / options_.scale;
-      out[b] = to_sample<T>(mean, validity_);
-    }
-    if (type_.alpha)
-      out[data_bands] =
-          static_cast<T>(std::clamp(std::is_integral_v<T> ? std::floor(opacity_ / total_ + 0.5) : opacity_ / total_,
-                                    0.0, static_cast<double>(Validity<T>::opaque())));
-    return true;
-  }
-
-  static T nothing() { return std::is_floating_point_v<T> ? std::numeric_limits<T>::quiet_NaN() : T{}; }
-
-  bool nearest(const Eigen::Vector2d& p, T* out) const {
-    const auto x = std::clamp<std::int64_t>(static_cast<std::int64_t>(std::floor(p.x())), 0, width_ - 1);
-    const auto y = std::clamp<std::int64_t>(static_cast<std::int64_t>(std::floor(p.y())), 0, height_ - 1);
-    const T* texel = texel_at(x, y);
-    const auto data_bands = static_cast<std::size_t>(type_.data_bands());
-    if (!validity_.texel(texel, valid_at(source_, static_cast<std::int32_t>(x), static_cast<std::int32_t>(y))) ||
-        std::none_of(texel, texel + data_bands, [&](T sample) { return validity_.sample(sample); }))
-      return false;
-    std::copy_n(texel, bands_, out);
-    return true;
-  }
-
-  void add_sample(const Eigen::Vector2d& p) {
-    const double px = p.x() - 0.5, py = p.y() - 0.5;
-    const auto x = static_cast<std::int64_t>(std::floor(px)), y = static_cast<std::int64_t>(std::floor(py));
-    const double u = px - std::floor(px), v = py - std::floor(py);
-    if (options_.interpolation == Interpolation::Cubic) {
-      const auto across = cubic_weights(u), down = cubic_weights(v);
-      for (int j = 0; j < 4; ++j)
-        for (int i = 0; i < 4; ++i)
-          add_tap(x - 1 + i, y - 1 + j, across[static_cast<std::size_t>(i)] * down[static_cast<std::size_t>(j)]);
+  /// `count` texels from (x, y) on: together where all that they need holds data, else one by one with the same bits.
+  void run(const Patch& patch, std::int32_t x, std::int32_t y, int count) {
+    const double column = x - patch.rect.x, row = y - patch.rect.y;
+    if (misses(Row(patch, row + 0.5), column + 0.5, column + count - 0.5)) return;
+    T* to = reinterpret_cast<T*>(target_.row(y)) + static_cast<std::ptrdiff_t>(x - target_.window().x) * bands_;
+    std::uint8_t* valid = target_.masked() ? target_.valid_row(y) + (x - target_.window().x) : nullptr;
+    if (interpolation_ == Interpolation::Bilinear && together(patch, column, row, count)) {
+      store_.all(sums_.data(), count, to);
+      if (valid) std::fill_n(valid, count, std::uint8_t{255});
       return;
     }
-    add_tap(x, y, (1 - u) * (1 - v));
-    add_tap(x + 1, y, u * (1 - v));
-    add_tap(x, y + 1, (1 - u) * v);
-    add_tap(x + 1, y + 1, u * v);
+    for (int i = 0; i < count; ++i, to += bands_)
+      if (one(patch, column + i, row, to, valid ? valid + i : nullptr) && valid) valid[i] = 255;
   }
 
-  void add_tap(std::int64_t x, std::int64_t y, double weight) {
-    if (weight == 0) return;
-    total_ += weight;
-    // Beyond half a texel outside there is nothing; within, the border's texel goes on.
-    if (x < -1 || y < -1 || x > width_ || y > height_) return;
-    const Window& w = source_.window();
-    x = std::clamp(std::clamp<std::int64_t>(x, 0, width_ - 1), std::int64_t{w.x}, std::int64_t{w.x} + w.width - 1);
-    y = std::clamp(std::clamp<std::int64_t>(y, 0, height_ - 1), std::int64_t{w.y}, std::int64_t{w.y} + w.height - 1);
-    const T* texel = texel_at(x, y);
-    if (!validity_.texel(texel, valid_at(source_, static_cast<std::int32_t>(x), static_cast<std::int32_t>(y)))) return;
-    const auto data_bands = static_cast<std::size_t>(type_.data_bands());
-    double colour_weight = weight;
-    if (type_.alpha) {
-      opacity_ += weight * static_cast<double>(texel[data_bands]);
-      colour_weight *= static_cast<double>(texel[data_bands]) / static_cast<double>(Validity<T>::opaque());
+  /// Whether all of a row between two columns lies beyond one side of the source.
+  bool misses(const Row& row, double first, double last) const {
+    const auto beyond = [](double a, double b, double size) { return (a < 0 && b < 0) || (a >= size && b >= size); };
+    return beyond(row.x(first), row.x(last), width_) || beyond(row.y(first), row.y(last), height_);
+  }
+
+  /// Means of the bilinear samples of `count` texels into sums_; false where any needs care.
+  bool together(const Patch& patch, double column, double row, int count) {
+    const auto [across, down] = patch.samples;
+    for (int j = 0; j < down; ++j) {
+      const Row line(patch, row + (j + 0.5) / down);
+      const double first = column + 0.5 / across, last = column + count - 1 + (across - 0.5) / across;
+      if (!inside(line.x(first), line.x(last), width_) || !inside(line.y(first), line.y(last), height_)) return false;
     }
+    for (int j = 0; j < down; ++j)
+      for (int i = 0; i < across; ++i) {
+        locate(Row(patch, row + (j + 0.5) / down), column, (i + 0.5) / across, count);
+        if (!held_.all() && !hold_all(count)) return false;
+        if (i == 0 && j == 0)
+          sum<false>(count);
+        else
+          sum<true>(count);
+      }
+    if (across * down > 1)
+      for (int i = 0; i < count * bands_; ++i) sums_[static_cast<std::size_t>(i)] *= A(1) / A(across * down);
+    return true;
+  }
+
+  /// Whether places from `a` to `b` along an axis have two texels around them, between two in this order at least.
+  static bool inside(double a, double b, std::int32_t size) {
+    return std::min(a, b) >= 0.5 && std::max(a, b) - 0.5 < size - 1;
+  }
+
+  /// `share` of a texel right of the left edges of `count` texels.
+  void locate(const Row& row, double column, double share, int count) {
+    for (int i = 0; i < count; ++i) {
+      const double place = column + i + share;  // whole columns first: the same sum wherever the run starts
+      const double x = row.x(place) - 0.5, y = row.y(place) - 0.5;  // both >= 0, from the centres of texels
+      const auto left = static_cast<std::int32_t>(x), top = static_cast<std::int32_t>(y);
+      const auto n = static_cast<std::size_t>(i);
+      places_.right[n] = static_cast<A>(x - left);
+      places_.below[n] = static_cast<A>(y - top);
+      places_.sample[n] = sample_offset(left, top);
+    }
+  }
+
+  std::ptrdiff_t sample_offset(std::int32_t x, std::int32_t y) const {
+    return (y - window_.y) * row_ + static_cast<std::ptrdiff_t>(x - window_.x) * bands_;
+  }
+
+  bool hold_all(int count) const {
+    for (int i = 0; i < count; ++i) {
+      const Holds* h = held_.texels() + places_.sample[static_cast<std::size_t>(i)] / bands_;
+      const Holds* below = h + window_.width;
+      if (std::min(std::min(h[0], h[1]), std::min(below[0], below[1])) != Holds::All) return false;
+    }
+    return true;
+  }
+
+  template <bool Add>
+  void sum(int count) {
+    if constexpr (std::is_same_v<S, std::uint8_t>) {
+      if (bands_ == 3) return bilinear_run_bytes<3, Add>(samples_, row_, places_, count, sums_.data());
+      if (bands_ == 4) return bilinear_run_bytes<4, Add>(samples_, row_, places_, count, sums_.data());
+    }
+    if (bands_ == 1) return bilinear_run<1, Add>(samples_, row_, 1, places_, count, sums_.data());
+    bilinear_run<0, Add>(samples_, row_, bands_, places_, count, sums_.data());
+  }
+
+  /// The texel `column` and `row` from the patch's corner; false where the source has nothing for it.
+  bool one(const Patch& patch, double column, double row, T* to, const std::uint8_t* valid) {
+    const Row middle(patch, row + 0.5);
+    const double x = middle.x(column + 0.5), y = middle.y(column + 0.5);
+    if (!(x >= 0 && y >= 0 && x < width_ && y < height_)) return false;
+    if (interpolation_ == Interpolation::Nearest) return nearest(x, y, to);
+    // Beyond the outermost centres the source only repeats itself: what lies below knows better.
+    const bool repeats = x < 0.5 || y < 0.5 || x > width_ - 0.5 || y > height_ - 0.5;
+    if (repeats && holds_data(to, valid)) return false;
+    const auto [across, down] = patch.samples;
+    if (interpolation_ == Interpolation::Cubic && across * down == 1 && cubic(x - 0.5, y - 0.5, to)) return true;
+
+    taps_.clear();
+    bool all = true;
+    for (int j = 0; j < down; ++j) {
+      const Row line(patch, row + (j + 0.5) / down);
+      for (int i = 0; i < across; ++i) {
+        const double place = column + (i + 0.5) / across;
+        all &= tap(line.x(place) - 0.5, line.y(place) - 0.5, taps_.empty());
+      }
+    }
+    if (!all) return blend(A(across * down), to);
+    if (across * down > 1)
+      for (int b = 0; b < bands_; ++b) sums_[static_cast<std::size_t>(b)] *= A(1) / A(across * down);
+    store_.all(sums_.data(), 1, to);
+    return true;
+  }
+
+  /// Whether a texel of the target does, or cannot tell.
+  bool holds_data(const T* texel, const std::uint8_t* valid) const {
+    if (valid && !*valid) return false;
+    if (type_.alpha && !(texel[type_.data_bands()] > T{})) return false;
+    return std::any_of(texel, texel + type_.data_bands(), [&](T sample) { return validity_below_.sample(sample); });
+  }
+
+  const S* texel(std::int32_t x, std::int32_t y, Holds& holds) const {
+    const std::ptrdiff_t offset = sample_offset(x, y);
+    holds = held_.all() ? Holds::All : held_.texels()[offset / bands_];
+    return samples_ + offset;
+  }
+
+  /// `floor(place)` and the next, both within the raster.
+  static std::array<std::int32_t, 2> neighbours(double place, std::int32_t size) {
+    const double last = size - 1;
+    return {static_cast<std::int32_t>(std::clamp(std::floor(place), 0.0, last)),
+            static_cast<std::int32_t>(std::clamp(std::floor(place) + 1, 0.0, last))};
+  }
+
+  /// Notes the four texels around a place, and sums their bilinear sample; whether they hold all.
+  bool tap(double x, double y, bool first) {
+    const auto columns = neighbours(x, width_), rows = neighbours(y, height_);
+    const A right = static_cast<A>(x - std::floor(x)), below = static_cast<A>(y - std::floor(y));
+    std::array<Tap, 4> taps;
+    Holds least = Holds::All;
+    for (std::size_t n = 0; n < 4; ++n) {
+      const bool is_right = n % 2, is_below = n / 2;
+      taps[n].texel = texel(columns[is_right], rows[is_below], taps[n].holds);
+      taps[n].weight = (is_right ? right : 1 - right) * (is_below ? below : 1 - below);
+      least = std::min(least, taps[n].holds);
+    }
+    taps_.insert(taps_.end(), taps.begin(), taps.end());
+    for (int b = 0; b < bands_; ++b) {
+      const A value =
+          bilinear(taps[0].texel + b, taps[1].texel + b, taps[2].texel + b, taps[3].texel + b, right, below);
+      A& to = sums_[static_cast<std::size_t>(b)];
+      to = first ? value : to + value;
+    }
+    return least == Holds::All;
+  }
+
+  /// Mean of those taps that hold data, by weight and opacity, where they are half of the `full` weight.
+  bool blend(A full, T* to) {
+    const int data_bands = type_.data_bands();
+    A covered = 0, opacity = 0;
+    for (const Tap& tap : taps_) {
+      if (tap.holds == Holds::Nothing) continue;
+      covered += tap.weight;
+      if (type_.alpha) opacity += tap.weight * static_cast<A>(tap.texel[data_bands]);
+    }
+    if (covered < full / 2) return false;
+
     bool any = false;
-    for (std::size_t b = 0; b < data_bands; ++b) {
-      if (!validity_.sample(texel[b])) continue;
-      any = true;
-      double value = static_cast<double>(texel[b]);
-      if (options_.power) value = std::pow(10.0, (value * options_.scale + options_.offset) / 10);
-      sums_[b] += colour_weight * value;
-      weights_[b] += colour_weight;
+    for (int b = 0; b < data_bands; ++b) {
+      A weight = 0, opaque_weight = 0, sum = 0;
+      for (const Tap& tap : taps_) {
+        if (tap.holds == Holds::Nothing || !validity_.sample(tap.texel[b])) continue;
+        const A opaque = type_.alpha ? tap.weight * static_cast<A>(tap.texel[data_bands]) : tap.weight;
+        weight += tap.weight;
+        opaque_weight += opaque;
+        sum += opaque * static_cast<A>(tap.texel[b]);
+      }
+      const bool holds = weight >= full / 2;
+      blended_[static_cast<std::size_t>(b)] = holds ? store_.data(sum / opaque_weight) : store_.hole();
+      any |= holds;
     }
-    if (any) counted_ += weight;
+    if (!any) return false;
+    std::copy_n(blended_.data(), data_bands, to);
+    if (type_.alpha) to[data_bands] = nearest_sample<T>(opacity / covered);
+    return true;
   }
 
-  const PlacementOptions& options_;
-  const TexelType type_;
-  const Validity<T> validity_;
-  const std::int64_t width_, height_;
-  const int samples_;
-  const Block& source_;
+  bool nearest(double x, double y, T* to) const {
+    Holds holds;
+    const S* from = texel(static_cast<std::int32_t>(x), static_cast<std::int32_t>(y), holds);
+    if (holds == Holds::Nothing) return false;
+    if constexpr (!Power) std::copy_n(from, bands_, to);
+    return true;
+  }
+
+  /// False where not all of the sixteen texels hold all: its negative weights are for whole neighbourhoods.
+  bool cubic(double x, double y, T* to) {
+    const double left = std::floor(x), top = std::floor(y);
+    const auto across = cubic_weights(static_cast<A>(x - left)), down = cubic_weights(static_cast<A>(y - top));
+    std::array<const S*, 16> texels;
+    for (std::size_t n = 0; n < 16; ++n) {
+      Holds holds;
+      const auto clamped = [](double place, std::int32_t size) {
+        return static_cast<std::int32_t>(std::clamp<double>(place, 0, size - 1));
+      };
+      texels[n] = texel(clamped(left - 1 + static_cast<double>(n % 4), width_),
+                        clamped(top - 1 + static_cast<double>(n / 4), height_), holds);
+      if (holds != Holds::All) return false;
+    }
+    for (int b = 0; b < bands_; ++b) {
+      A value = 0;
+      for (std::size_t r = 0; r < 4; ++r) {
+        A line = 0;
+        for (std::size_t c = 0; c < 4; ++c) line += across[c] * static_cast<A>(texels[4 * r + c][b]);
+        value += down[r] * line;
+      }
+      if (Power && !(value > 0)) return false;  // no power is negative
+      sums_[static_cast<std::size_t>(b)] = value;
+    }
+    store_.all(sums_.data(), 1, to);
+    return true;
+  }
+
+  const TexelType& type_;
+  const Interpolation interpolation_;
+  const int bands_;
+  const std::int32_t width_, height_;
+  const S* const samples_;  // of the source's window
+  const Window window_;
+  const std::ptrdiff_t row_;
+  const Held& held_;
+  const Validity<S> validity_;
+  const Validity<T> validity_below_;
+  const Store<T, A> store_;
   Block& target_;
-  const std::size_t bands_;
-  std::vector<std::uint8_t> whole_;  // empty: all texels are
-  std::vector<double> sums_, weights_;
-  double total_ = 0, counted_ = 0, opacity_ = 0;
+  Places<A> places_;
+  std::vector<A> sums_;
+  std::vector<T> blended_;
+  std::vector<Tap> taps_;
 };
+
+/// Decibels within any that were ever measured, so that their power is finite and not 0.
+double power_of(double decibels) { return std::pow(10, std::clamp(decibels, -3000.0, 3000.0) / 10); }
+
+/// Power of the data bands, and opacity as it is; NaN where there is no data.
+template <class T>
+void read_power(const Resampling& resampling, const Block& source, std::vector<double>& power) {
+  const TexelType& type = resampling.type;
+  const Validity<T> validity(type);
+  const T* samples = reinterpret_cast<const T*>(source.row(source.window().y));
+  power.resize(source.texels() * static_cast<std::size_t>(type.bands));
+  for (std::size_t i = 0; i < power.size(); ++i) {
+    const T sample = samples[i];
+    const bool is_alpha = type.alpha && static_cast<int>(i % static_cast<std::size_t>(type.bands)) == type.bands - 1;
+    power[i] = is_alpha ? static_cast<double>(sample)
+               : validity.sample(sample)
+                   ? power_of(static_cast<double>(sample) * resampling.options.scale + resampling.options.offset)
+                   : std::numeric_limits<double>::quiet_NaN();
+  }
+}
 
 }  // namespace
 
-double reach(const PlacementOptions& options, double minification) {
-  const double kernel = options.interpolation == Interpolation::Cubic ? 2 : 1;
-  return kernel + (samples_across(options, minification) > 1 ? minification / 2 : 0) + options.tolerance_texels;
+void resample(const Resampling& resampling, std::span<const Patch> patches, const Window& clip, const Block& source,
+              Block& target) {
+  static thread_local Held held;
+  held.read(resampling.type, source);
+  const auto lay_all = [&](auto kernel) {
+    for (const Patch& patch : patches) kernel.lay(patch, clip);
+  };
+  tiff::with_sample(resampling.type.sample, [&](auto sample) {
+    using T = decltype(sample);
+    using A = std::conditional_t<std::is_integral_v<T> && sizeof(T) <= 2, float, double>;
+    if (resampling.options.power && resampling.options.interpolation != Interpolation::Nearest) {
+      static thread_local std::vector<double> power;
+      read_power<T>(resampling, source, power);
+      lay_all(Kernel<true, double, T, double>(resampling, power.data(), source.window(), held, target));
+    } else {
+      const T* samples = reinterpret_cast<const T*>(source.row(source.window().y));
+      lay_all(Kernel<false, T, T, A>(resampling, samples, source.window(), held, target));
+    }
+  });
 }
 
-void Resampler::resample(std::span<const MappingPatch> patches, const Window& window, const Block& source,
-                         Block& target) const {
-  tiff::with_sample(type_.sample, [&]<class T>(T) {
-    PatchResampler<T> resampler(type_, options_, minification_, width_, height_, source, target);
-    for (const MappingPatch& patch : patches) resampler.run(patch, window);
-  });
+void copy(const TexelType& type, std::array<std::int64_t, 2> shift, const Window& clip, const Block& source,
+          Block& target) {
+  static thread_local Held held;
+  held.read(type, source);
+  const Window& from = source.window();
+  for (std::int32_t y = clip.y; y < clip.y + clip.height; ++y) {
+    const auto row = static_cast<std::int32_t>(y - shift[1]), column = static_cast<std::int32_t>(clip.x - shift[0]);
+    const std::size_t first = static_cast<std::size_t>(column - from.x), bytes = type.texel_bytes();
+    const Holds* holds =
+        held.all()
+            ? nullptr
+            : held.texels() + static_cast<std::size_t>(row - from.y) * static_cast<std::size_t>(from.width) + first;
+    const std::byte* texels = source.row(row) + first * bytes;
+    const std::size_t offset = static_cast<std::size_t>(clip.x - target.window().x);
+    std::byte* to = target.row(y) + offset * bytes;
+    std::uint8_t* valid = target.masked() ? target.valid_row(y) + offset : nullptr;
+    // Stretches of texels that hold data
+    const auto width = static_cast<std::size_t>(clip.width);
+    for (std::size_t x = 0; x < width;) {
+      std::size_t end = x;
+      while (end < width && (!holds || holds[end] != Holds::Nothing)) end = holds ? end + 1 : width;
+      std::memcpy(to + x * bytes, texels + x * bytes, (end - x) * bytes);
+      if (valid) std::fill(valid + x, valid + end, std::uint8_t{255});
+      x = std::max(end, x + 1);
+    }
+  }
 }
 
 }  // namespace nadir::mosaic

@@ -1,29 +1,30 @@
 #pragma once
 
+#include <array>
+#include <cstdint>
+#include <span>
+
 #include "grid_mapping.h"
 #include "nadir/mosaic/placement.h"
 
 namespace nadir::mosaic {
 
-/// How far around a source coordinate, in texels, samples are looked at.
-double reach(const PlacementOptions& options, double minification);
-
-/// Lays texels of `source` over those of `target`, as Placement::resample says.
-/// `source_width`, `source_height`: of the whole raster, whose outline is the border of what it covers.
-class Resampler {
- public:
-  Resampler(const TexelType& type, const PlacementOptions& options, double minification, std::int64_t source_width,
-            std::int64_t source_height)
-      : type_(type), options_(options), minification_(minification), width_(source_width), height_(source_height) {}
-
-  /// Within `window` of the target and `patches`.
-  void resample(std::span<const MappingPatch> patches, const Window& window, const Block& source, Block& target) const;
-
- private:
-  const TexelType& type_;
-  const PlacementOptions& options_;
-  double minification_;
-  std::int64_t width_, height_;
+/// How texels of a source become texels of a target.
+struct Resampling {
+  TexelType type;
+  PlacementOptions options;
+  std::int32_t source_width = 0, source_height = 0;  // of the whole raster
 };
+
+/// Texels of the source beyond those around a place that an interpolation may ask for.
+inline std::int32_t reach(Interpolation interpolation) { return interpolation == Interpolation::Cubic ? 2 : 1; }
+
+/// Lays `source` onto the texels of `target` within `clip` and `patches`, as Placement::resample does.
+void resample(const Resampling& resampling, std::span<const Patch> patches, const Window& clip, const Block& source,
+              Block& target);
+
+/// Lays `source` onto the texels of `target` within `clip`; its texel (0, 0) lies at `shift`.
+void copy(const TexelType& type, std::array<std::int64_t, 2> shift, const Window& clip, const Block& source,
+          Block& target);
 
 }  // namespace nadir::mosaic

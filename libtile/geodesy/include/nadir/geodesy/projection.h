@@ -31,6 +31,9 @@ class Projection {
   /// WKT2, which for a closed form the projection library has to be asked for.
   Result<std::string> wkt() const;
 
+  /// 360 degrees in units of a geographic CRS; none where x is no longitude.
+  std::optional<double> turn() const;
+
   /// Turns of geographic longitudes are chosen nearest to this x, in CRS units, so that a map which
   /// straddles the antimeridian has one range. No effect on a projected CRS.
   void wrap_around(double x);
