@@ -527,7 +527,7 @@ TEST_F(Build, AMapIsRenderedOntoAnotherGrid) {
 TEST_F(Build, SourcesThatCannotGoTogetherAreNamed) {
   const auto value = [](int, int, int) { return 1; };
   const auto first = raster("first.tif", {.bands = 2}, value);
-  const auto other = raster("other.tif", {.bands = 5}, value);
+  const auto other = raster("other.tif", {.bands = 5, .type = GDT_UInt16}, value);
   const std::string message = failure(options({first, other}));
   EXPECT_EQ(message.find(other), 0u) << message;
   EXPECT_NE(message.find("bands"), std::string::npos) << message;
