@@ -82,6 +82,19 @@ TEST(Statistics, OfIntegersAreExactFarFromZero) {
   EXPECT_EQ(s.sum_of_squares, 512 * 512 / 4.0);
 }
 
+TEST(Statistics, OfManyRowsOfBytesDoNotOverflow) {
+  const TexelType type{Sample::U8, 1};
+  constexpr std::int32_t height = 70001;  // 255^2 * 66051 is the greatest sum of 32 bits
+  Block block(type, {0, 0, 1, height});
+  std::fill_n(block.row(0), height, std::byte{255});
+  *block.row(height - 1) = std::byte{0};
+  const BandStatistics s = statistics(type, block, block.window()).front();
+  constexpr double n = height, mean = 255 * (n - 1) / n;
+  EXPECT_DOUBLE_EQ(s.mean, mean);
+  EXPECT_DOUBLE_EQ(s.sum_of_squares, mean * mean + (255 - mean) * (255 - mean) * (n - 1));
+  EXPECT_EQ(s.minimum, 0);
+}
+
 TEST(Statistics, OfExtremesAreNumbers) {
   const TexelType type{Sample::F64, 1};
   constexpr double most = std::numeric_limits<double>::max();

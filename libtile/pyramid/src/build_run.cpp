@@ -55,7 +55,7 @@ BuildRun::BuildRun(const BuildOptions& options, Design& design, TilePacker packe
 Result<std::unique_ptr<BuildRun>> BuildRun::plan(const BuildOptions& options, Design& design) {
   const TexelType& type = design.mosaic.type();
   std::unique_ptr<BuildRun> run;
-  for (int depth = choose_depth(type, options.tile_size); depth > 0; --depth) {
+  for (int depth = choose_depth(design.mosaic, options.tile_size); depth > 0; --depth) {
     auto packer = make_packer(design, options);
     if (!packer) return fail(packer);
     run.reset(new BuildRun(options, design, std::move(*packer), depth));

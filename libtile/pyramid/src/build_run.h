@@ -63,7 +63,7 @@ class BuildRun {
   std::vector<std::unique_ptr<Workspace>> shards_;
   std::unique_ptr<Workspace> workspace_;
   std::optional<DiskFile> map_;
-  std::mutex map_mutex_;  // guards writing to map_ in place
+  std::mutex map_mutex_;              // guards writing to map_ in place
   tiff::CogArrangement arrangement_;  // known beforehand where tiles are written in place
   std::int64_t tiles_to_pack_ = 0, kept_chunks_ = 0;
   std::atomic<std::int64_t> packed_tiles_{0};

@@ -206,14 +206,16 @@ Result<TileCodec> choose_codec(const BuildOptions& options, std::optional<tile::
   return chosen;
 }
 
-int choose_depth(const mosaic::TexelType& type, int tile_size) {
-  constexpr std::uint64_t chunk_bytes = 16 << 20;
-  int depth = 1;
-  const auto bytes = [&](int d) {
-    const std::uint64_t side = static_cast<std::uint64_t>(tile_size) << d;
-    return side * side * type.texel_bytes();
+int choose_depth(const mosaic::Mosaic& mosaic, int tile_size) {
+  constexpr std::int64_t chunk_bytes = 16 << 20, enough_chunks = 16;
+  const auto texel_bytes = static_cast<std::int64_t>(mosaic.type().texel_bytes());
+  const auto fits = [&](int depth) {
+    const std::int64_t side = std::int64_t{tile_size} << depth;
+    const std::int64_t cols = (mosaic.width() - 1) / side + 1, rows = (mosaic.height() - 1) / side + 1;
+    return side * side * texel_bytes <= chunk_bytes && cols * rows >= enough_chunks;
   };
-  while (depth < 4 && bytes(depth + 1) <= chunk_bytes) ++depth;
+  int depth = 1;
+  while (depth < 4 && fits(depth + 1)) ++depth;
   return depth;
 }
 

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "nadir/mosaic/source.h"
+#include "nadir/mosaic/mosaic.h"
 #include "nadir/pyramid/build.h"
 #include "nadir/tiff/encode.h"
 #include "reduction.h"
@@ -37,7 +37,8 @@ struct TileCodec {
 Result<TileCodec> choose_codec(const BuildOptions& options, std::optional<tile::Role> role,
                                const mosaic::Sources& sources, const mosaic::TexelType& type);
 
-/// Levels a stage: as many as keep a chunk small enough for a cache and for memory.
-int choose_depth(const mosaic::TexelType& type, int tile_size);
+/// Levels a stage: as many as keep a chunk small enough for a cache and for memory, and leave enough of them for all
+/// cores.
+int choose_depth(const mosaic::Mosaic& mosaic, int tile_size);
 
 }  // namespace nadir::pyramid

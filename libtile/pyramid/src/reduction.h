@@ -27,10 +27,10 @@ struct Reduction {
 /// windows, and any kernel, gives the same bits.
 ///
 /// Box: the mean by area. Gaussian: standard deviation of 1/2 coarser texel, cut off at 3/2. Lanczos: of radius 3;
-/// overshoot ends with the type. Both over what is valid, and only where the box holds something valid; where gaps leave
-/// negative weights more than a third of the positive ones, the box's mean. Nearest: the texel that holds the centre, of two the lower one.
-/// Mode: the value with the greatest valid area, of equals the least; opacity is averaged by area nevertheless.
-/// Thread-safe.
+/// overshoot ends with the type. Both over what is valid, and only where the box holds something valid; where gaps
+/// leave negative weights more than a third of the positive ones, the box's mean. Nearest: the texel that holds the
+/// centre, of two the lower one. Mode: the value with the greatest valid area, of equals the least; opacity is averaged
+/// by area nevertheless. Thread-safe.
 class Reducer {
  public:
   Reducer(const TexelType& type, const Reduction& reduction, LevelSize fine, LevelSize coarse)
