@@ -13,6 +13,7 @@
 #include "builders.h"
 #include "check_map.h"
 #include "codec_alone.h"
+#include "long_flight.h"
 #include "nadir/base/files.h"
 #include "photo.h"
 #include "two_zones.h"
@@ -321,6 +322,7 @@ Suite build_suite() {
               cases.push_back(one_packing(options, packing));
             cases.push_back(memory_by_size(options));
             cases.push_back(mosaic(options));
+            cases.push_back(long_flight(options));
             return cases;
           }};
 }

@@ -94,6 +94,9 @@ class CoveredTexel {
     return any;
   }
 
+  /// A sample of a data band of a texel under which nothing counts.
+  T of_nothing() const { return hole_; }
+
   /// Whether a data band of the last texel holds data.
   bool held(std::size_t band) const { return held_[band] != 0; }
 

@@ -11,6 +11,8 @@ namespace {
 using mosaic::samples_at, mosaic::valid_at;
 
 template <class T>
+constexpr bool is_byte = std::is_integral_v<T> && sizeof(T) == 1;
+template <class T>
 constexpr bool is_small = std::is_integral_v<T> && sizeof(T) <= 2;
 
 /// Sums of powers of samples of a column: of small integers, less the least of their type, as what they are.
@@ -127,45 +129,48 @@ class WindowStatistics {
     Total sum = 0, squares = 0;
   };
 
-  /// Whether all samples of a row count; else which ones do.
-  bool look_at(std::int32_t y, const T* row) {
+  const T* row_at(std::int32_t y) const { return samples_at<T>(block_, type_, window_.x, y); }
+
+  bool whole(std::int32_t y) const {
+    const T* row = row_at(y);
+    return is_whole(type_, validity_, row, valid_at(block_, window_.x, y), columns_) && all_finite(row, samples_);
+  }
+
+  /// Calls `add(i, band)` for each sample of a row that counts.
+  template <class Add>
+  void for_each_valid(std::int32_t y, Add&& add) {
+    const T* row = row_at(y);
     const std::uint8_t* valid = valid_at(block_, window_.x, y);
-    if (is_whole(type_, validity_, row, valid, columns_) && all_finite(row, samples_)) return true;
+    if (is_void(type_, validity_, row, valid, columns_)) return;
     find_valid(validity_, type_, row, valid, columns_, counts_.data());
-    return false;
-  }
-
-  /// Adds the row `y`, and others behind it where that is quicker. How many.
-  std::int32_t add_rows(std::int32_t y, std::int32_t end) {
-    const T* row = samples_at<T>(block_, type_, window_.x, y);
-    if constexpr (std::is_integral_v<T> && sizeof(T) == 1) {
-      using Rows = AddRowsOfBytes<T>;
-      std::int32_t whole = 0;
-      if (y + Rows::rows <= end)
-        while (whole < Rows::rows && look_at(y + whole, samples_at<T>(block_, type_, window_.x, y + whole))) ++whole;
-      if (whole == Rows::rows) {
-        pyramid::run<Rows>(row, block_.row_bytes(), sums_.data(), squares_.data(), least_.data(), greatest_.data(),
-                           samples_);
-        for (Found& band : bands_found_) band.count += columns_ * static_cast<std::size_t>(Rows::rows);
-        return Rows::rows;
-      }
-    }
-    add_row(y, row);
-    return 1;
-  }
-
-  void add_row(std::int32_t y, const T* row) {
-    if (look_at(y, row)) {
-      pyramid::run<AddRow<T>>(row, sums_.data(), squares_.data(), least_.data(), greatest_.data(), samples_);
-      for (Found& band : bands_found_) band.count += columns_;
-      return;
-    }
     for (std::size_t x = 0, i = 0; x < columns_; ++x)
-      for (std::size_t b = 0; b < bands_; ++b, ++i) {
-        if (!counts_[i]) continue;
+      for (std::size_t b = 0; b < bands_; ++b, ++i)
+        if (counts_[i]) add(i, b);
+  }
+
+  /// Adds the row `y`, and others behind it that are whole too. How many.
+  std::int32_t add_rows(std::int32_t y, std::int32_t end) {
+    constexpr std::int32_t most = is_byte<T> ? AddRowsOfBytes<T>::rows : 1;
+    std::int32_t rows = 0;
+    while (rows < std::min(most, end - y) && whole(y + rows)) ++rows;
+    const T* row = row_at(y);
+    if (rows == 0) {
+      for_each_valid(y, [&](std::size_t i, std::size_t b) {
         AddRow<T>::run(row + i, &sums_[i], &squares_[i], &least_[i], &greatest_[i], 1);
         ++bands_found_[b].count;
+      });
+      return 1;
+    }
+    for (Found& band : bands_found_) band.count += columns_ * static_cast<std::size_t>(rows);
+    if constexpr (is_byte<T>)
+      if (rows == most) {
+        pyramid::run<AddRowsOfBytes<T>>(row, block_.row_bytes(), sums_.data(), squares_.data(), least_.data(),
+                                        greatest_.data(), samples_);
+        return rows;
       }
+    for (std::int32_t k = 0; k < rows; ++k)
+      pyramid::run<AddRow<T>>(row_at(y + k), sums_.data(), squares_.data(), least_.data(), greatest_.data(), samples_);
+    return rows;
   }
 
   void collect() {
@@ -188,13 +193,12 @@ class WindowStatistics {
       means[i] = band.count == 0 ? 0 : band.sum / static_cast<Sum<T>>(band.count);
     }
     for (std::int32_t y = window_.y; y < window_.y + window_.height; ++y) {
-      const T* row = samples_at<T>(block_, type_, window_.x, y);
-      if (look_at(y, row)) {
+      const T* row = row_at(y);
+      if (whole(y))
         pyramid::run<AddDifferences<T>>(row, static_cast<const Sum<T>*>(means.data()), squares_.data(), samples_);
-        continue;
-      }
-      for (std::size_t i = 0; i < samples_; ++i)
-        if (counts_[i]) AddDifferences<T>::run(row + i, &means[i], &squares_[i], 1);
+      else
+        for_each_valid(
+            y, [&](std::size_t i, std::size_t) { AddDifferences<T>::run(row + i, &means[i], &squares_[i], 1); });
     }
     for (std::size_t i = 0; i < samples_; ++i) bands_found_[i % bands_].squares += squares_[i];
   }
@@ -265,6 +269,7 @@ bool empty(const TexelType& type, const Block& block, const Window& window) {
     for (std::int32_t y = window.y; y < window.y + window.height; ++y) {
       const T* texel = samples_at<T>(block, type, window.x, y);
       const std::uint8_t* valid = valid_at(block, window.x, y);
+      if (is_hidden(type, validity, texel, valid, static_cast<std::size_t>(window.width))) continue;
       for (std::int32_t x = 0; x < window.width; ++x, texel += type.bands) {
         if (!validity.texel(texel, valid ? valid + x : nullptr)) continue;
         if (std::any_of(texel, texel + type.data_bands(), holds_data)) return false;

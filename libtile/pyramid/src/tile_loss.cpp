@@ -122,6 +122,7 @@ class TileLoss {
       for (std::uint64_t& count : band_counts_) count += columns_ * static_cast<std::size_t>(rows);
       return rows;
     }
+    if (is_void(type_, validity_, row, valid, columns_)) return 1;
     find_valid(validity_, type_, row, valid, columns_, counts_.data());
     for (std::size_t x = 0, i = 0; x < columns_; ++x)
       for (std::size_t b = 0; b < bands_; ++b, ++i) {

@@ -39,6 +39,15 @@ struct AnyDiffers {
 };
 
 template <class T>
+struct AnyFinite {
+  [[gnu::always_inline]] static bool run(const T* samples, std::size_t count) {
+    unsigned found = 0;
+    for (std::size_t i = 0; i < count; ++i) found |= samples[i] - samples[i] == T{} ? 1u : 0u;
+    return found != 0;
+  }
+};
+
+template <class T>
 struct AnyNotFinite {
   [[gnu::always_inline]] static bool run(const T* samples, std::size_t count) {
     unsigned found = 0;
@@ -57,6 +66,27 @@ bool is_whole(const TexelType& type, const mosaic::Validity<T>& validity, const 
   if (type.mask && run<AnyEquals<std::uint8_t>>(valid, texels, std::uint8_t{0})) return false;
   if (type.alpha && run<AnyDiffers<T>>(samples + bands - 1, texels, bands, mosaic::Validity<T>::opaque())) return false;
   return !validity.has_nodata() || !run<AnyEquals<T>>(samples, texels * bands, validity.nodata());
+}
+
+/// Whether `texels` texels of a row are all masked, all transparent or all nodata.
+template <class T>
+bool is_hidden(const TexelType& type, const mosaic::Validity<T>& validity, const T* samples, const std::uint8_t* valid,
+               std::size_t texels) {
+  const auto bands = static_cast<std::size_t>(type.bands);
+  if (type.mask && !run<AnyDiffers<std::uint8_t>>(valid, texels, std::size_t{1}, std::uint8_t{0})) return true;
+  if (type.alpha) return !run<AnyDiffers<T>>(samples + bands - 1, texels, bands, T{});
+  return validity.has_nodata() && !run<AnyDiffers<T>>(samples, texels * bands, std::size_t{1}, validity.nodata());
+}
+
+/// Whether no sample of `texels` texels of a row counts, as far as that needs no look at single texels.
+template <class T>
+bool is_void(const TexelType& type, const mosaic::Validity<T>& validity, const T* samples, const std::uint8_t* valid,
+             std::size_t texels) {
+  if (is_hidden(type, validity, samples, valid, texels)) return true;
+  if constexpr (std::is_floating_point_v<T>)
+    return !run<AnyFinite<T>>(samples, texels * static_cast<std::size_t>(type.bands));
+  else
+    return false;
 }
 
 /// Which samples of a row's data bands count: 1 or 0 each; 0 for alpha.
