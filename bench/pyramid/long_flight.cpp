@@ -19,8 +19,7 @@ namespace fs = std::filesystem;
 
 constexpr std::int64_t map_side = std::int64_t{1} << 20, strip_height = 1024;  // texels
 constexpr double texel_m = 0.5, west_m = 500'000 - map_side * texel_m / 2, north_m = 5'400'000;
-constexpr int frames = 1000;
-constexpr double spacing_m = 500, height_m = 600;  // frames overlap: each sees 768 m along the way
+constexpr double way_m = 500'000, height_m = 600;  // a frame sees 768 m along the way
 
 /// The photograph's middle rows, `count` times along the middle row of the map: rasters of a few hundred bytes.
 Result<void> write_strip(const fs::path& photo, std::int64_t side, const fs::path& folder) {
@@ -48,7 +47,7 @@ Result<void> write_strip(const fs::path& photo, std::int64_t side, const fs::pat
 }
 
 /// Along the great circle through the map's middle, which a transverse Mercator projection maps to one northing.
-Result<void> write_flight(const fs::path& camera, const fs::path& poses) {
+Result<void> write_flight(int frames, const fs::path& camera, const fs::path& poses) {
   if (const auto ok = write_file(camera,
                                  "image_width: 1280\nimage_height: 720\ncamera_name: down\n"
                                  "camera_matrix: {rows: 3, cols: 3, data: [1000, 0, 639.5, 0, 1000, 359.5, 0, 0, 1]}\n"
@@ -58,7 +57,7 @@ Result<void> write_flight(const fs::path& camera, const fs::path& poses) {
     return ok;
   std::string csv = "t_s,x_m,y_m,z_m,qx,qy,qz,qw\n";
   for (int i = 0; i < frames; ++i)
-    csv += fmt::format("{},{},0,{},1,0,0,0\n", i, (i - frames / 2) * spacing_m, height_m);
+    csv += fmt::format("{},{},0,{},1,0,0,0\n", i, (static_cast<double>(i) / frames - 0.5) * way_m, height_m);
   return write_file(poses, csv);
 }
 
@@ -105,6 +104,7 @@ std::vector<std::string> render_command(const fs::path& folder, const std::strin
 Case long_flight(const RunOptions& options) {
   return {"flight of 500 km over 2^20 texels a side", [=]() -> Result<Comparison> {
             const fs::path folder = fs::path(options.scratch) / "flight";
+            const int frames = options.quick ? 100 : 1000;  // the latter overlap
             const std::int64_t side = options.side > 0 ? options.side : options.quick ? 1024 : 16384;
             if (side > map_side || map_side % side != 0)
               return fail(Error::Kind::Unsupported,
@@ -116,7 +116,8 @@ Case long_flight(const RunOptions& options) {
             fs::create_directories(folder / "parts", problem);
             if (problem) return fail(Error::Kind::Io, folder.string() + ": " + problem.message());
             if (const auto ok = write_strip(*photo, side, folder / "parts"); !ok) return fail(ok);
-            if (const auto ok = write_flight(folder / "camera.yaml", folder / "poses.csv"); !ok) return fail(ok);
+            if (const auto ok = write_flight(frames, folder / "camera.yaml", folder / "poses.csv"); !ok)
+              return fail(ok);
             const std::string map = (folder / "map.tif").string();
             const auto built = build_map(folder / "parts", map);
             if (!built) return fail(built);
@@ -124,7 +125,7 @@ Case long_flight(const RunOptions& options) {
             Comparison comparison{.warm_up = false, .rounds = 1};
             for (const int count : {frames / 10, frames}) {
               Method method{.name = "nadir render",
-                            .setting = fmt::format("{} km", count * spacing_m / 1000),
+                            .setting = fmt::format("{} km", count * way_m / frames / 1000),
                             .command = render_command(folder, map, count)};
               method.counters = [built = *built, map]() -> std::map<std::string, std::string> {
                 std::error_code ignored;
