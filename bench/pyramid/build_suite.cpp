@@ -163,23 +163,21 @@ Case memory_by_size(const RunOptions& options) {
               method.point = Point{"builds as JPEG", static_cast<double>(of_side), "side of the source, texels"};
               comparison.methods.push_back(std::move(method));
             };
-            for (const std::int64_t s : {side / 4, side}) {
-              const auto photo = photo_file({.side = s}, kept_folder(options), build_threads);
-              if (!photo) return fail(photo);
-              add(photo->string(), s, "");
-              if (s < side || !options.large) continue;
-              // A tenth of the samples is what JPEG leaves; levels and what is kept meanwhile come on top
-              const auto bytes = static_cast<std::uint64_t>(side * side * 3) * 64;
-              if (const auto room = expect_free(options.scratch, bytes / 3); !room) return fail(room);
-              for (const int times : {4, 8}) {
-                const auto vrt = repeated(*photo, side, times, options.scratch);
-                if (!vrt) return fail(vrt);
-                add(*vrt, side * times, ", a VRT");
-              }
+            const auto photo = photo_file({.side = side}, kept_folder(options), build_threads);
+            if (!photo) return fail(photo);
+            add(photo->string(), side, "");
+            // A tenth of the samples is what JPEG leaves; levels and what is kept meanwhile come on top
+            const auto bytes = static_cast<std::uint64_t>(side * side * 3) * (options.large ? 64 : 4);
+            if (const auto room = expect_free(options.scratch, bytes / 3); !room) return fail(room);
+            for (const int times : options.large ? std::vector{1, 4, 8} : std::vector{1, 2}) {
+              const auto vrt = repeated(*photo, side, times, options.scratch);
+              if (!vrt) return fail(vrt);
+              add(*vrt, side * times, ", a VRT");
             }
-            for (std::size_t i = 1; i < comparison.methods.size(); ++i)
+            const Method& smallest = comparison.methods[1];
+            for (std::size_t i = 2; i < comparison.methods.size(); ++i)
               comparison.aims.push_back({.method = label(comparison.methods[i].name, comparison.methods[i].setting),
-                                         .baseline = label(comparison.methods[0].name, comparison.methods[0].setting),
+                                         .baseline = label(smallest.name, smallest.setting),
                                          .most = 1.1,
                                          .cost = Cost::peak});
             return comparison;

@@ -204,6 +204,7 @@ TEST_F(Build, NanDoesNotSpreadInElevation) {
   const auto source = raster("dsm.tif", {.type = GDT_Float32}, blocks({1, 2, nan, 6}));
   auto o = options({source});
   o.role = tile::Role::Elevation;
+  o.filter = Filter::Box;
   ASSERT_TRUE(build(o));
   expect_all(read_level(o.output, 1, 1), 3, 0);
 }
@@ -212,6 +213,7 @@ TEST_F(Build, OpticalMeansLeaveOutNodata) {
   const auto source =
       raster("eo.tif", {}, blocks({100, 0, 0, 110}), [](GDALDataset& d) { d.GetRasterBand(1)->SetNoDataValue(0); });
   auto o = options({source});
+  o.filter = Filter::Box;
   ASSERT_TRUE(build(o));
   expect_all(read_level(o.output, 1, 1), 105, 0);
 }

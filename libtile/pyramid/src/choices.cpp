@@ -133,7 +133,9 @@ Result<Reduction> choose_reduction(const BuildOptions& options, std::optional<ti
     return refuse(fmt::format("radar scale {}: it is for role radar", to_string(*options.radar_scale)));
   Reduction reduction;
   const bool palette = !sources.palette.empty(), labels = role == tile::Role::Labels;
-  reduction.filter = options.filter.value_or(labels || palette ? Filter::Mode : Filter::Box);
+  reduction.filter = options.filter.value_or(labels || palette           ? Filter::Mode
+                                             : role == tile::Role::Radar ? Filter::Box
+                                                                         : Filter::Lanczos);
   const bool blends = reduction.filter != Filter::Mode && reduction.filter != Filter::Nearest;
   if (blends && (labels || palette))
     return refuse(fmt::format("filter {}: labels and palettes are never blended: choose mode or nearest",

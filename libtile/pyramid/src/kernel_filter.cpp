@@ -1,6 +1,8 @@
 #include <array>
+#include <cstring>
 
 #include "cover_filter.h"
+#include "row_kernels.h"
 #include "taps.h"
 #include "whole.h"
 
@@ -24,6 +26,7 @@ class KernelFilter {
     const Window& w = coarse.window();
     columns_ = taps(pair.reduction.filter, pair.x.fine, pair.x.coarse, w.x, w.x + w.width);
     rows_ = taps(pair.reduction.filter, pair.y.fine, pair.y.coarse, w.y, w.y + w.height);
+    if (in_doubles) find_runs();
   }
 
   void run() {
@@ -33,7 +36,10 @@ class KernelFilter {
       const std::int32_t y = window.y + static_cast<std::int32_t>(row);
       T* out = reinterpret_cast<T*>(coarse_.row(y));
       std::uint8_t* valid = coarse_.masked() ? coarse_.valid_row(y) : nullptr;
-      if (!pair_.reduction.power) filter_row(rows_[row], out);
+      if (!pair_.reduction.power && filter_row(rows_[row], out)) {
+        if (valid) std::memset(valid, 255, columns_.size());
+        continue;
+      }
       for (std::size_t col = 0; col < columns_.size(); ++col) {
         bool held = true;
         if (!whole_[col])
@@ -47,9 +53,36 @@ class KernelFilter {
  private:
   struct FilteredRow {
     std::int32_t y = -1;
-    std::vector<Mean<T>> means;       // of each coarser column and band
-    std::vector<std::uint8_t> whole;  // of each coarser column
+    std::vector<Mean<T>> means;  // of each coarser column and band
+    bool all_whole = true;
+    std::vector<std::uint8_t> whole;  // else each coarser column
   };
+  static constexpr bool in_doubles = std::is_same_v<Mean<T>, double>;
+
+  /// Columns of as many taps each, which begin two texels after those of the one before.
+  struct Run {
+    std::size_t begin = 0, end = 0;
+    bool alike = true;            // whether all have the weights of the first
+    std::vector<double> weights;  // else those of each sample, first taps of all first
+    std::size_t columns() const { return end - begin; }
+  };
+
+  void find_runs() {
+    for (std::size_t begin = 0; begin < columns_.size(); begin = runs_.back().end) {
+      Run run{begin, begin + 1, true, {}};
+      const Taps& first = columns_[begin];
+      const auto follows = [&](const Taps& taps) {
+        return taps.weights.size() == first.weights.size() &&
+               taps.first == first.first + 2 * static_cast<std::int32_t>(run.columns());
+      };
+      for (; run.end < columns_.size() && follows(columns_[run.end]); ++run.end)
+        run.alike &= columns_[run.end].weights == first.weights;
+      for (std::size_t k = 0; !run.alike && k < first.weights.size(); ++k)
+        for (std::size_t col = run.begin; col < run.end; ++col)
+          run.weights.insert(run.weights.end(), bands_, columns_[col].weights[k]);
+      runs_.push_back(std::move(run));
+    }
+  }
 
   /// A row of the finer level, filtered along its columns; kept as long as the next rows need it.
   const FilteredRow& filtered(std::int32_t y) {
@@ -57,49 +90,105 @@ class KernelFilter {
     if (row.y == y) return row;
     row.y = y;
     row.means.resize(columns_.size() * bands_);
-    row.whole.assign(columns_.size(), 1);
     const std::int32_t left = fine_.window().x;
     const T* samples = samples_at<T>(fine_, pair_.type, left, y);
-    const auto texels = static_cast<std::size_t>(fine_.window().width);
-    const std::uint8_t* valid = valid_at(fine_, left, y);
-    const bool all = is_whole(pair_.type, validity_, samples, valid, texels) && all_finite(samples, texels * bands_);
-    if (!all) {
-      texel_whole_.resize(texels);
-      for (std::size_t x = 0; x < texels; ++x)
-        texel_whole_[x] = validity_.whole(samples + x * bands_, valid ? valid + x : nullptr) ? 1 : 0;
+    if constexpr (in_doubles) {
+      for (const Run& run : runs_) filter_run(run, samples, row.means.data() + run.begin * bands_);
+    } else {
+      for (std::size_t col = 0; col < columns_.size(); ++col)
+        filter_column(columns_[col], samples, row.means.data() + col * bands_);
     }
-    for (std::size_t col = 0; col < columns_.size(); ++col) {
-      const Taps& across = columns_[col];
-      const auto first = static_cast<std::size_t>(across.first - left);
-      for (std::size_t b = 0; b < bands_; ++b) {
-        const T* from = samples + first * bands_ + b;
-        Mean<T> mean = 0;
-        for (std::size_t k = 0; k < across.weights.size(); ++k, from += bands_)
-          mean += static_cast<Mean<T>>(across.weights[k]) * static_cast<Mean<T>>(*from);
-        row.means[col * bands_ + b] = mean;
-      }
-      if (!all)
-        for (std::size_t k = 0; k < across.weights.size(); ++k) row.whole[col] &= texel_whole_[first + k];
-    }
+    find_whole_columns(samples, valid_at(fine_, left, y), row);
     return row;
   }
 
-  void filter_row(const Taps& down, T* out) {
-    sums_.assign(columns_.size() * bands_, 0);
+  void filter_column(const Taps& across, const T* samples, Mean<T>* means) const {
+    const T* first = samples + static_cast<std::size_t>(across.first - fine_.window().x) * bands_;
+    for (std::size_t b = 0; b < bands_; ++b) {
+      const T* from = first + b;
+      Mean<T> mean = 0;
+      for (std::size_t k = 0; k < across.weights.size(); ++k, from += bands_)
+        mean += static_cast<Mean<T>>(across.weights[k]) * static_cast<Mean<T>>(*from);
+      means[b] = mean;
+    }
+  }
+
+  void find_whole_columns(const T* samples, const std::uint8_t* valid, FilteredRow& row) {
+    const auto texels = static_cast<std::size_t>(fine_.window().width);
+    row.all_whole = is_whole(pair_.type, validity_, samples, valid, texels) && all_finite(samples, texels * bands_);
+    if (row.all_whole) return;
+    texel_whole_.resize(texels);
+    for (std::size_t x = 0; x < texels; ++x)
+      texel_whole_[x] = validity_.whole(samples + x * bands_, valid ? valid + x : nullptr) ? 1 : 0;
+    row.whole.assign(columns_.size(), 1);
+    for (std::size_t col = 0; col < columns_.size(); ++col) {
+      const auto first = static_cast<std::size_t>(columns_[col].first - fine_.window().x);
+      for (std::size_t k = 0; k < columns_[col].weights.size(); ++k) row.whole[col] &= texel_whole_[first + k];
+    }
+  }
+
+  /// All columns of a run at once.
+  void filter_run(const Run& run, const T* samples, double* means) {
+    const Taps& across = columns_[run.begin];
+    const std::size_t count = across.weights.size();
+    // The last one's weights may end amid a pair, whose second texel need not be there.
+    const std::size_t pairs = run.columns() - 1 + count / 2, stored = (pairs + count % 2) * bands_;
+    split_.resize(2 * stored);
+    const T* first = samples + static_cast<std::size_t>(across.first - fine_.window().x) * bands_;
+    pyramid::run<SplitPairs<T>>(first, split_.data(), split_.data() + stored, pairs, bands_);
+    for (std::size_t b = 0; count % 2 == 1 && b < bands_; ++b)
+      split_[pairs * bands_ + b] = static_cast<double>(first[2 * pairs * bands_ + b]);
+    std::array<const double*, most_taps> at;
+    for (std::size_t k = 0; k < count; ++k) at[k] = split_.data() + (k % 2) * stored + k / 2 * bands_;
+    const double* const* rows = at.data();
+    const std::size_t sums = run.columns() * bands_;
+    if (run.alike)
+      pyramid::run<WeighRows>(rows, across.weights.data(), count, means, sums);
+    else
+      pyramid::run<WeighColumns>(rows, run.weights.data(), count, means, sums);
+  }
+
+  /// Makes the columns that are whole, which `whole_` tells then; true where all are.
+  bool filter_row(const Taps& down, T* out) {
+    const std::size_t count = down.weights.size();
+    std::array<const Mean<T>*, most_taps> from;
+    bool all = true;
+    for (std::size_t k = 0; k < count; ++k) {
+      const FilteredRow& row = filtered(down.first + static_cast<std::int32_t>(k));
+      from[k] = row.means.data();
+      all &= row.all_whole;
+    }
     std::fill(whole_.begin(), whole_.end(), std::uint8_t{1});
-    for (std::size_t k = 0; k < down.weights.size(); ++k) {
-      const FilteredRow& from = filtered(down.first + static_cast<std::int32_t>(k));
-      const auto weight = static_cast<Mean<T>>(down.weights[k]);
-      for (std::size_t i = 0; i < sums_.size(); ++i) sums_[i] += weight * from.means[i];
-      for (std::size_t col = 0; col < whole_.size(); ++col) whole_[col] &= from.whole[col];
+    for (std::size_t k = 0; !all && k < count; ++k) {
+      const FilteredRow& row = filtered(down.first + static_cast<std::int32_t>(k));
+      for (std::size_t col = 0; !row.all_whole && col < whole_.size(); ++col) whole_[col] &= row.whole[col];
+    }
+    weigh_rows(from.data(), down);
+    if constexpr (std::is_integral_v<T> && sizeof(T) <= 2) {
+      if (!validity_.has_nodata()) {  // what is not whole is made again
+        pyramid::run<RoundMeans<T>>(static_cast<const double*>(sums_.data()), out, sums_.size());
+        return all;
+      }
     }
     for (std::size_t col = 0; col < whole_.size(); ++col)
       for (std::size_t i = col * bands_; whole_[col] && i < (col + 1) * bands_; ++i) {
         if (is_number(sums_[i]))
           out[i] = to_sample<T>(sums_[i], validity_);
         else
-          whole_[col] = 0;  // doubles that overflow
+          whole_[col] = 0, all = false;  // doubles that overflow
       }
+    return all;
+  }
+
+  void weigh_rows(const Mean<T>* const* from, const Taps& down) {
+    sums_.resize(columns_.size() * bands_);
+    if constexpr (in_doubles) {
+      pyramid::run<WeighRows>(from, down.weights.data(), down.weights.size(), sums_.data(), sums_.size());
+    } else {
+      std::fill(sums_.begin(), sums_.end(), Mean<T>{});
+      for (std::size_t k = 0; k < down.weights.size(); ++k)
+        for (std::size_t i = 0; i < sums_.size(); ++i) sums_[i] += static_cast<Mean<T>>(down.weights[k]) * from[k][i];
+    }
   }
 
   static bool is_number(Mean<T> value) { return value - value == 0; }
@@ -165,7 +254,10 @@ class KernelFilter {
   CoveredTexel<T> texel_;
   const std::size_t bands_;
   std::vector<Taps> columns_, rows_;
-  std::array<FilteredRow, 16> filtered_;  // more than any filter reaches over
+  std::vector<Run> runs_;                       // all columns, where they are added in doubles
+  static constexpr std::size_t most_taps = 16;  // more than any filter reaches over
+  std::array<FilteredRow, most_taps> filtered_;
+  std::vector<double> split_;
   std::vector<Mean<T>> sums_;
   std::vector<std::uint8_t> whole_, texel_whole_;
 };

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <type_traits>
 
 #include "axis.h"
@@ -27,8 +28,79 @@ struct SumRows {
   }
 };
 
-/// Means of those sums over the columns that each of `texels` coarser texels from `first` on covers. `sums` begin with
-/// the finer column `left`. Operations are those of CoveredTexel::mean, in its order.
+/// Every second texel of a row in one row of doubles, those between in another.
+template <class T>
+struct SplitPairs {
+  template <std::size_t Bands>
+  [[gnu::always_inline]] static void run_bands(const T* row, double* __restrict first, double* __restrict second,
+                                               std::size_t pairs, std::size_t any_bands) {
+    const std::size_t bands = Bands == 0 ? any_bands : Bands;
+    for (std::size_t i = 0; i < pairs; ++i)
+      for (std::size_t b = 0; b < bands; ++b) {
+        first[i * bands + b] = static_cast<double>(row[2 * i * bands + b]);
+        second[i * bands + b] = static_cast<double>(row[(2 * i + 1) * bands + b]);
+      }
+  }
+  [[gnu::always_inline]] static void run(const T* row, double* first, double* second, std::size_t pairs,
+                                         std::size_t bands) {
+    if (bands == 1) return run_bands<1>(row, first, second, pairs, 1);
+    if (bands == 3) return run_bands<3>(row, first, second, pairs, 3);
+    run_bands<0>(row, first, second, pairs, bands);
+  }
+};
+
+/// Sums of any rows of doubles by their weights, first to last.
+struct WeighRows {
+  template <std::size_t Count>
+  [[gnu::always_inline]] static void run_count(const double* const* rows, const double* weights, std::size_t any_count,
+                                               double* __restrict sums, std::size_t samples) {
+    const std::size_t count = Count == 0 ? any_count : Count;
+    for (std::size_t i = 0; i < samples; ++i) {
+      double sum = 0;
+      for (std::size_t k = 0; k < count; ++k) sum += weights[k] * rows[k][i];
+      sums[i] = sum;
+    }
+  }
+  [[gnu::always_inline]] static void run(const double* const* rows, const double* weights, std::size_t count,
+                                         double* sums, std::size_t samples) {
+    if (count == 12) return run_count<12>(rows, weights, count, sums, samples);
+    if (count == 6) return run_count<6>(rows, weights, count, sums, samples);
+    run_count<0>(rows, weights, count, sums, samples);
+  }
+};
+
+/// As WeighRows, but each sample with weights of its own, those of row k from weights[k * samples] on.
+struct WeighColumns {
+  template <std::size_t Count>
+  [[gnu::always_inline]] static void run_count(const double* const* rows, const double* weights, std::size_t any_count,
+                                               double* __restrict sums, std::size_t samples) {
+    const std::size_t count = Count == 0 ? any_count : Count;
+    for (std::size_t i = 0; i < samples; ++i) {
+      double sum = 0;
+      for (std::size_t k = 0; k < count; ++k) sum += weights[k * samples + i] * rows[k][i];
+      sums[i] = sum;
+    }
+  }
+  [[gnu::always_inline]] static void run(const double* const* rows, const double* weights, std::size_t count,
+                                         double* sums, std::size_t samples) {
+    if (count == 12) return run_count<12>(rows, weights, count, sums, samples);
+    if (count == 11) return run_count<11>(rows, weights, count, sums, samples);
+    run_count<0>(rows, weights, count, sums, samples);
+  }
+};
+
+/// The integers of at most 16 bits that are nearest to means, halves up, within their type.
+template <class T>
+struct RoundMeans {
+  [[gnu::always_inline]] static void run(const double* means, T* out, std::size_t samples) {
+    constexpr double least = std::numeric_limits<T>::lowest(), most = std::numeric_limits<T>::max();
+    for (std::size_t i = 0; i < samples; ++i)
+      out[i] = static_cast<T>(static_cast<std::int32_t>(std::min(std::max(std::floor(means[i] + 0.5), least), most)));
+  }
+};
+
+/// Means of sums of rows (SumRows) over the columns that each of `texels` coarser texels from `first` on covers. `sums`
+/// begin with the finer column `left`. Operations are those of CoveredTexel::mean, in its order.
 template <class T>
 struct MeanOfColumns {
   struct Row {

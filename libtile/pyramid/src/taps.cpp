@@ -69,6 +69,13 @@ double gaussian(double x) {
   return sum;
 }
 
+/// Whether the taps behind `before` lie, as these do, off the edges of a level that is halved exactly: they have the
+/// same weights, two samples on.
+bool repeats(const Taps& before, std::int32_t fine, std::int32_t coarse, std::size_t all_taps) {
+  return std::int64_t{fine} == 2 * std::int64_t{coarse} && before.weights.size() == all_taps &&
+         std::int64_t{before.first} + 2 + static_cast<std::int64_t>(all_taps) <= fine;
+}
+
 }  // namespace
 
 std::vector<Taps> taps(Filter filter, std::int32_t fine, std::int32_t coarse, std::int32_t begin, std::int32_t end) {
@@ -80,10 +87,14 @@ std::vector<Taps> taps(Filter filter, std::int32_t fine, std::int32_t coarse, st
         all.push_back({nearest(fine, coarse, i), {1.0}});
         break;
       case Filter::Gaussian:
-        all.push_back(weighted(fine, coarse, i, 1.5, gaussian));
+        all.push_back(!all.empty() && repeats(all.back(), fine, coarse, 6)
+                          ? Taps{all.back().first + 2, all.back().weights}
+                          : weighted(fine, coarse, i, 1.5, gaussian));
         break;
       case Filter::Lanczos:
-        all.push_back(weighted(fine, coarse, i, 3, lanczos3));
+        all.push_back(!all.empty() && repeats(all.back(), fine, coarse, 12)
+                          ? Taps{all.back().first + 2, all.back().weights}
+                          : weighted(fine, coarse, i, 3, lanczos3));
         break;
       case Filter::Box:
       case Filter::Mode:

@@ -102,7 +102,7 @@ void add_file(CLI::App& command, pyramid::BuildOptions& options, Words& words) {
   command
       .add_option("--filter", words.filter,
                   "how a level comes from the one before: box, gaussian, lanczos, nearest or mode; else mode for "
-                  "labels, box")
+                  "labels, box for radar, lanczos")
       ->type_name("FILTER")
       ->group(group);
   command.add_option("--compress", words.compression, "none, deflate, zstd, lzw, lzma, jpeg, webp or lerc")

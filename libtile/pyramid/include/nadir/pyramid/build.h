@@ -45,7 +45,7 @@ struct BuildOptions {
   std::optional<mosaic::Interpolation> interpolation;  // where texels must move; else nearest for labels, bilinear
   double tolerance_texels = 0.05;                      // of where they move to, in texels of the source
 
-  std::optional<Filter> filter;  // else mode for labels and palettes, box
+  std::optional<Filter> filter;  // else mode for labels and palettes, box for radar, lanczos
   Compression compression = Compression::Zstd;
   std::optional<int> level;                  // of the codec; else its usual one
   std::optional<tiff::Predictor> predictor;  // else what suits the samples
