@@ -139,7 +139,7 @@ Case long_flight(const RunOptions& options) {
                             .command = render_command(folder, map, count)};
               method.counters = [built = *built, map]() -> std::map<std::string, std::string> {
                 std::error_code ignored;
-                return {{"map_bytes", std::to_string(fs::file_size(map, ignored))},
+                return {{"written_bytes", std::to_string(fs::file_size(map, ignored))},
                         {"build_ms", fmt::format("{:.0f}", built.wall_ms)},
                         {"build_peak_bytes", std::to_string(built.peak_bytes.value_or(0))}};
               };

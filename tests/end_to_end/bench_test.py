@@ -66,7 +66,7 @@ class Bench(unittest.TestCase):
 
     def test_builders_are_measured_and_what_they_made_is_checked(self):
         out, kept = self.folder / "build", self.folder / "kept"
-        sizes = ("--side", 640, "--repeat", 1, "--sources", 4, "--keep", kept)
+        sizes = ("--quick", "--side", 640, "--repeat", 1, "--sources", 4, "--keep", kept)
         done = bench("build", *sizes, "-o", out)
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertTrue(list(kept.glob("photo_640_*.tif")), "sources are kept")
@@ -91,7 +91,7 @@ class Bench(unittest.TestCase):
                 self.assertLess(float(row["error"]), 0.13, row)
         for case in cases:
             if "mosaic" not in case:
-                self.assertTrue(any(row["case"] == case and row["method"] == "nadir" and row["wall_ms"] for row in rows))
+                self.assertTrue(any(row["case"] == case and row["method"].startswith("nadir") and row["wall_ms"] for row in rows))
 
     def test_a_builder_that_fails_is_told_and_not_timed(self):
         programs = self.folder / "programs"

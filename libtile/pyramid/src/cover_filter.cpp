@@ -4,12 +4,9 @@
 
 #include "halve.h"
 #include "row_kernels.h"
-#include "whole.h"
 
 namespace nadir::pyramid {
 namespace {
-
-using mosaic::samples_at, mosaic::valid_at;
 
 /// Texels that are tried together: where a hole keeps the fast way from being taken, it is taken again soon.
 constexpr std::int32_t stretch_texels = 128;
@@ -53,13 +50,11 @@ class CoverFilter {
     T* out = reinterpret_cast<T*>(coarse_.row(y)) + static_cast<std::size_t>(x - window.x) * bands_;
     std::uint8_t* valid = coarse_.masked() ? coarse_.valid_row(y) + (x - window.x) : nullptr;
     const auto count = static_cast<std::size_t>(texels);
-    const Rows from = rows_under(x, y, texels);
+    const CoveredRows<T> from(pair_, fine_, x, y, texels);
     if (fast_ && try_kernel(from, x, y, count, out)) {
       if (valid) std::memset(valid, 255, count);
-    } else if (is_void(from)) {
-      std::fill_n(out, count * bands_, texel_.of_nothing());
-      for (std::size_t k = 0; pair_.type.alpha && k < count; ++k) out[(k + 1) * bands_ - 1] = T{};
-      if (valid) std::memset(valid, 0, count);
+    } else if (from.all_void(pair_.type, validity_)) {
+      texel_.fill_with_nothing(out, valid, count);
     } else {
       for (std::int32_t k = 0; k < texels; ++k, out += bands_) {
         const bool held = texel_.reduce(x + k, y, out);
@@ -68,40 +63,9 @@ class CoverFilter {
     }
   }
 
-  /// What a stretch covers of the finer level.
-  struct Rows {
-    std::array<const T*, 3> samples = {};
-    std::array<const std::uint8_t*, 3> valid = {};
-    std::int32_t left = 0;
-    std::size_t columns = 0, count = 0;
-  };
-
-  Rows rows_under(std::int32_t x, std::int32_t y, std::int32_t texels) const {
-    const bool nearest = pair_.reduction.filter == Filter::Nearest;
-    const Cover first = pair_.x.cover(x), last = pair_.x.cover(x + texels - 1), down = pair_.y.cover(y);
-    Rows rows;
-    rows.left = nearest ? 2 * x : first.first;
-    const std::int32_t right = nearest ? 2 * (x + texels) - 1 : last.first + last.count;
-    rows.columns = static_cast<std::size_t>(right - rows.left);
-    rows.count = nearest ? 1 : static_cast<std::size_t>(down.count);
-    const std::int32_t top = nearest ? Axis::centre(y) : down.first;
-    for (std::size_t k = 0; k < rows.count; ++k) {
-      rows.samples[k] = samples_at<T>(fine_, pair_.type, rows.left, top + static_cast<std::int32_t>(k));
-      rows.valid[k] = valid_at(fine_, rows.left, top + static_cast<std::int32_t>(k));
-    }
-    return rows;
-  }
-
-  bool is_void(const Rows& rows) const {
-    for (std::size_t k = 0; k < rows.count; ++k)
-      if (!pyramid::is_void(pair_.type, validity_, rows.samples[k], rows.valid[k], rows.columns)) return false;
-    return true;
-  }
-
   /// False where what came out may be wrong: something does not count, or a mean fell onto nodata.
-  bool try_kernel(const Rows& rows, std::int32_t x, std::int32_t y, std::size_t texels, T* out) {
-    for (std::size_t k = 0; k < rows.count; ++k)
-      if (!is_whole(pair_.type, validity_, rows.samples[k], rows.valid[k], rows.columns)) return false;
+  bool try_kernel(const CoveredRows<T>& rows, std::int32_t x, std::int32_t y, std::size_t texels, T* out) {
+    if (!rows.all_whole(pair_.type, validity_)) return false;
     const std::size_t samples = texels * bands_;
     if (pair_.reduction.filter == Filter::Nearest) {
       pyramid::run<EverySecond<T>>(rows.samples[0], out, texels, bands_);

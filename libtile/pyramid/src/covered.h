@@ -9,6 +9,7 @@
 #include "axis.h"
 #include "nadir/mosaic/validity.h"
 #include "reduction.h"
+#include "whole.h"
 
 namespace nadir::pyramid {
 
@@ -26,6 +27,41 @@ T hole(const TexelType& type, const mosaic::Validity<T>& validity) {
   const bool nan = type.nodata.has_value() || (!type.mask && !type.alpha);
   return std::is_floating_point_v<T> && nan ? std::numeric_limits<T>::quiet_NaN() : T{};
 }
+
+/// Rows of the finer level that texels x to x + `texels` of row y of the coarser one cover; the centres' row alone
+/// where the nearest texel is taken.
+template <class T>
+struct CoveredRows {
+  CoveredRows(const LevelPair& pair, const Block& fine, std::int32_t x, std::int32_t y, std::int32_t texels) {
+    const bool nearest = pair.reduction.filter == Filter::Nearest;
+    const Cover first = pair.x.cover(x), last = pair.x.cover(x + texels - 1), down = pair.y.cover(y);
+    left = nearest ? 2 * x : first.first;
+    const std::int32_t right = nearest ? 2 * (x + texels) - 1 : last.first + last.count;
+    columns = static_cast<std::size_t>(right - left);
+    count = nearest ? 1 : static_cast<std::size_t>(down.count);
+    const std::int32_t top = nearest ? Axis::centre(y) : down.first;
+    for (std::size_t k = 0; k < count; ++k) {
+      samples[k] = mosaic::samples_at<T>(fine, pair.type, left, top + static_cast<std::int32_t>(k));
+      valid[k] = mosaic::valid_at(fine, left, top + static_cast<std::int32_t>(k));
+    }
+  }
+
+  bool all_whole(const TexelType& type, const mosaic::Validity<T>& validity) const {
+    for (std::size_t k = 0; k < count; ++k)
+      if (!is_whole(type, validity, samples[k], valid[k], columns)) return false;
+    return true;
+  }
+  bool all_void(const TexelType& type, const mosaic::Validity<T>& validity) const {
+    for (std::size_t k = 0; k < count; ++k)
+      if (!is_void(type, validity, samples[k], valid[k], columns)) return false;
+    return true;
+  }
+
+  std::array<const T*, 3> samples = {};
+  std::array<const std::uint8_t*, 3> valid = {};
+  std::int32_t left = 0;
+  std::size_t columns = 0, count = 0;
+};
 
 /// Makes decibels of powers: a sample with its weight is added twice, to find the greatest and to sum relative to it,
 /// so that nothing overflows or vanishes, and equal samples give exactly that sample. Offsets cancel out.
@@ -94,8 +130,12 @@ class CoveredTexel {
     return any;
   }
 
-  /// A sample of a data band of a texel under which nothing counts.
-  T of_nothing() const { return hole_; }
+  /// Makes `texels` texels under which nothing counts. `valid`: null without a mask.
+  void fill_with_nothing(T* out, std::uint8_t* valid, std::size_t texels) const {
+    std::fill_n(out, texels * bands_, hole_);
+    for (std::size_t k = 0; pair_.type.alpha && k < texels; ++k) out[(k + 1) * bands_ - 1] = T{};
+    if (valid) std::fill_n(valid, texels, std::uint8_t{0});
+  }
 
   /// Whether a data band of the last texel holds data.
   bool held(std::size_t band) const { return held_[band] != 0; }

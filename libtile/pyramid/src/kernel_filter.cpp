@@ -4,7 +4,6 @@
 #include "cover_filter.h"
 #include "row_kernels.h"
 #include "taps.h"
-#include "whole.h"
 
 namespace nadir::pyramid {
 namespace {
@@ -40,13 +39,8 @@ class KernelFilter {
         if (valid) std::memset(valid, 255, columns_.size());
         continue;
       }
-      for (std::size_t col = 0; col < columns_.size(); ++col) {
-        bool held = true;
-        if (!whole_[col])
-          held =
-              reduce_texel(window.x + static_cast<std::int32_t>(col), y, columns_[col], rows_[row], out + col * bands_);
-        if (valid) valid[col] = held ? 255 : 0;
-      }
+      for (std::size_t col = 0; col < columns_.size(); col += stretch_columns)
+        complete(col, std::min(columns_.size(), col + stretch_columns), rows_[row], y, out, valid);
     }
   }
 
@@ -54,7 +48,7 @@ class KernelFilter {
   struct FilteredRow {
     std::int32_t y = -1;
     std::vector<Mean<T>> means;  // of each coarser column and band
-    bool all_whole = true;
+    bool all_whole = true, all_void = false;
     std::vector<std::uint8_t> whole;  // else each coarser column
   };
   static constexpr bool in_doubles = std::is_same_v<Mean<T>, double>;
@@ -92,13 +86,17 @@ class KernelFilter {
     row.means.resize(columns_.size() * bands_);
     const std::int32_t left = fine_.window().x;
     const T* samples = samples_at<T>(fine_, pair_.type, left, y);
+    find_whole_columns(samples, valid_at(fine_, left, y), row);
+    if (row.all_void) {
+      std::fill(row.means.begin(), row.means.end(), Mean<T>{});
+      return row;
+    }
     if constexpr (in_doubles) {
       for (const Run& run : runs_) filter_run(run, samples, row.means.data() + run.begin * bands_);
     } else {
       for (std::size_t col = 0; col < columns_.size(); ++col)
         filter_column(columns_[col], samples, row.means.data() + col * bands_);
     }
-    find_whole_columns(samples, valid_at(fine_, left, y), row);
     return row;
   }
 
@@ -116,14 +114,17 @@ class KernelFilter {
   void find_whole_columns(const T* samples, const std::uint8_t* valid, FilteredRow& row) {
     const auto texels = static_cast<std::size_t>(fine_.window().width);
     row.all_whole = is_whole(pair_.type, validity_, samples, valid, texels) && all_finite(samples, texels * bands_);
+    row.all_void = !row.all_whole && is_void(pair_.type, validity_, samples, valid, texels);
     if (row.all_whole) return;
-    texel_whole_.resize(texels);
+    row.whole.assign(columns_.size(), 0);
+    if (row.all_void) return;
+    holes_before_.assign(1, 0);
     for (std::size_t x = 0; x < texels; ++x)
-      texel_whole_[x] = validity_.whole(samples + x * bands_, valid ? valid + x : nullptr) ? 1 : 0;
-    row.whole.assign(columns_.size(), 1);
+      holes_before_.push_back(holes_before_.back() +
+                              (validity_.whole(samples + x * bands_, valid ? valid + x : nullptr) ? 0 : 1));
     for (std::size_t col = 0; col < columns_.size(); ++col) {
       const auto first = static_cast<std::size_t>(columns_[col].first - fine_.window().x);
-      for (std::size_t k = 0; k < columns_[col].weights.size(); ++k) row.whole[col] &= texel_whole_[first + k];
+      row.whole[col] = holes_before_[first + columns_[col].weights.size()] == holes_before_[first] ? 1 : 0;
     }
   }
 
@@ -152,13 +153,15 @@ class KernelFilter {
   bool filter_row(const Taps& down, T* out) {
     const std::size_t count = down.weights.size();
     std::array<const Mean<T>*, most_taps> from;
-    bool all = true;
+    bool all = true, any_void = false;
     for (std::size_t k = 0; k < count; ++k) {
       const FilteredRow& row = filtered(down.first + static_cast<std::int32_t>(k));
       from[k] = row.means.data();
       all &= row.all_whole;
+      any_void |= row.all_void;
     }
-    std::fill(whole_.begin(), whole_.end(), std::uint8_t{1});
+    std::fill(whole_.begin(), whole_.end(), static_cast<std::uint8_t>(any_void ? 0 : 1));
+    if (any_void) return false;
     for (std::size_t k = 0; !all && k < count; ++k) {
       const FilteredRow& row = filtered(down.first + static_cast<std::int32_t>(k));
       for (std::size_t col = 0; !row.all_whole && col < whole_.size(); ++col) whole_[col] &= row.whole[col];
@@ -188,6 +191,26 @@ class KernelFilter {
       std::fill(sums_.begin(), sums_.end(), Mean<T>{});
       for (std::size_t k = 0; k < down.weights.size(); ++k)
         for (std::size_t i = 0; i < sums_.size(); ++i) sums_[i] += static_cast<Mean<T>>(down.weights[k]) * from[k][i];
+    }
+  }
+
+  static constexpr std::size_t stretch_columns = 128;
+
+  /// Texels of columns from `begin` to `end` that are not whole.
+  void complete(std::size_t begin, std::size_t end, const Taps& down, std::int32_t y, T* out, std::uint8_t* valid) {
+    const std::int32_t first = coarse_.window().x + static_cast<std::int32_t>(begin);
+    const bool any_whole = std::find(whole_.begin() + static_cast<std::ptrdiff_t>(begin),
+                                     whole_.begin() + static_cast<std::ptrdiff_t>(end),
+                                     1) != whole_.begin() + static_cast<std::ptrdiff_t>(end);
+    if (!any_whole &&
+        CoveredRows<T>(pair_, fine_, first, y, static_cast<std::int32_t>(end - begin)).all_void(pair_.type, validity_))
+      return texel_.fill_with_nothing(out + begin * bands_, valid ? valid + begin : nullptr, end - begin);
+    for (std::size_t col = begin; col < end; ++col) {
+      bool held = true;
+      if (!whole_[col])
+        held = reduce_texel(coarse_.window().x + static_cast<std::int32_t>(col), y, columns_[col], down,
+                            out + col * bands_);
+      if (valid) valid[col] = held ? 255 : 0;
     }
   }
 
@@ -259,7 +282,8 @@ class KernelFilter {
   std::array<FilteredRow, most_taps> filtered_;
   std::vector<double> split_;
   std::vector<Mean<T>> sums_;
-  std::vector<std::uint8_t> whole_, texel_whole_;
+  std::vector<std::uint8_t> whole_;
+  std::vector<std::uint32_t> holes_before_;  // each texel of a finer row
 };
 
 }  // namespace
