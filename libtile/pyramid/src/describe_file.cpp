@@ -168,6 +168,7 @@ void set_metadata(GDALDataset& file, const Design& design, const BuildOptions& o
   set("NADIR_ATTRIBUTION", options.attribution);
   set("NADIR_LICENCE", options.licence);
   set("NADIR_REDUCTION", describe(design.reduction));
+  if (options.compression == Compression::Lerc) set("NADIR_MAX_ERROR", fmt::format("{}", options.max_error));
   if (design.mosaic.sources().pixel_is_point) set("AREA_OR_POINT", "Point");
 }
 

@@ -5,9 +5,8 @@
 #include <nlohmann/json.hpp>
 
 #include "command.h"
-#include "nadir/base/progress.h"
+#include "info_check.h"
 #include "nadir/base/text.h"
-#include "nadir/tile/cell_source.h"
 #include "nadir/tile/map.h"
 
 namespace nadir::app {
@@ -105,28 +104,6 @@ Json to_json(const MapDescription& map, const Result<tile::Map>& opened) {
   return json;
 }
 
-/// Decodes every tile of every level.
-Result<void> check_every_tile(const tile::Map& map) {
-  const auto source = tile::CellSource::make(map, {}, tile::Domain::Linear);
-  if (!source) return fail(source);
-  const auto cells = [](std::int32_t size) { return (size + tile::cell_size - 1) / tile::cell_size; };
-  std::int64_t total = 0;
-  for (const tile::Level& level : map.levels())
-    total += static_cast<std::int64_t>(cells(level.width)) * cells(level.height);
-  Progress progress("checking", "cells", total);
-  for (std::size_t k = 0; k < map.levels().size(); ++k) {
-    const tile::Level& level = map.levels()[k];
-    tile::CellBlock block;
-    for (std::int32_t row = 0; row < cells(level.height); row += block.rows)
-      for (std::int32_t col = 0; col < cells(level.width); col += block.cols) {
-        block = (*source)->block_of(static_cast<int>(k), col, row);
-        if (const auto loaded = (*source)->load(block); !loaded) return fail(loaded);
-        progress.advance(static_cast<std::int64_t>(block.size()));
-      }
-  }
-  return {};
-}
-
 }  // namespace
 }  // namespace nadir::app
 
@@ -137,20 +114,24 @@ int main(int argc, char** argv) {
   bool json = false, check = false;
   app.add_option("MAP", path, "any raster that GDAL reads, on disk or behind a URL")->required();
   app.add_flag("--json", json, "for programs");
-  app.add_flag("--check", check, "decode every tile of every level too");
+  app.add_flag("--check", check,
+               "look at structure too, decode every tile, and compare each level with what the one before gives");
   app.footer("example: nadir info --check kampala.tif");
   return app::run_command(app, argc, argv, [&]() -> Result<void> {
     const auto opened = tile::Map::open(path);
     const auto description = opened ? Result<tile::MapDescription>(opened->description()) : tile::describe(path);
     if (!description) return fail(description);
-    if (json)
-      fmt::print(
-          "{}\n",
-          app::to_json(*description, opened).dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
-    else
-      app::print_text(*description, opened);
-    if (!check) return {};
-    if (!opened) return fail(opened);
-    return app::check_every_tile(*opened);
+    app::Json told = app::to_json(*description, opened);
+    if (!json) app::print_text(*description, opened);
+    std::optional<pyramid::CheckReport> report;
+    if (check) {
+      auto checked = pyramid::check({.map = path, .show_progress = !json});
+      if (!checked) return fail(checked);
+      report = std::move(*checked);
+      told["check"] = app::check_to_json(*report);
+      if (!json) app::print_check(*report);
+    }
+    if (json) fmt::print("{}\n", told.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
+    return report ? app::outcome(path, *report) : Result<void>();
   });
 }
