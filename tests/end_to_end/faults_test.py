@@ -218,7 +218,7 @@ class Faults(unittest.TestCase):
     def test_every_awkward_file_is_described_or_refused_in_one_line(self):
         for path in sorted(FILES.glob("*.tif")):
             with self.subTest(path.name):
-                done = run("info", "--check", path)
+                done = run("info", "--check", "--json", path)
                 if done.returncode == 0:
                     self.assertEqual(done.stderr, "")
                     self.assertNotIn("nan,", done.stdout.lower())

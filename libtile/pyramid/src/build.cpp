@@ -13,18 +13,6 @@ namespace nadir::pyramid {
 namespace fs = std::filesystem;
 namespace {
 
-/// GDAL's threads have no handler of their own and would print; what fails there fails in the caller's thread too.
-class QuietGdal {
- public:
-  QuietGdal() : before_(CPLSetErrorHandler(CPLQuietErrorHandler)) {}
-  ~QuietGdal() { CPLSetErrorHandler(before_); }
-  QuietGdal(const QuietGdal&) = delete;
-  QuietGdal& operator=(const QuietGdal&) = delete;
-
- private:
-  CPLErrorHandler before_;
-};
-
 Result<void> check_output(const BuildOptions& options) {
   std::error_code error;
   if (fs::is_directory(options.output, error))
@@ -50,7 +38,7 @@ Result<BuildReport> build(const BuildOptions& options) {
   if (const auto ok = check_options(options); !ok) return fail(ok);
   if (const auto ok = check_output(options); !ok) return fail(ok);
   tile::limit_gdal_block_cache(options.memory_bytes / 8);
-  const QuietGdal quiet;
+  const gdal::QuietGdal quiet;
   auto design = pyramid::design(options);
   if (!design) return fail(design);
   auto run = BuildRun::plan(options, *design);

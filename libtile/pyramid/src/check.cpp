@@ -10,6 +10,7 @@
 #include "check_levels.h"
 #include "check_structure.h"
 #include "choices.h"
+#include "nadir/gdal/dataset.h"
 #include "nadir/tile/map.h"
 
 namespace nadir::pyramid {
@@ -17,8 +18,8 @@ namespace {
 
 /// An item that `nadir build` left in the map; empty where it did not.
 std::string item_of(const std::string& map, const char* name) {
-  const std::unique_ptr<GDALDataset> dataset(GDALDataset::Open(map.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY));
-  const char* value = dataset ? dataset->GetMetadataItem(name) : nullptr;
+  const auto dataset = gdal::open_raster(map);
+  const char* value = dataset ? (*dataset)->GetMetadataItem(name) : nullptr;
   return value ? value : "";
 }
 
@@ -61,6 +62,7 @@ Result<std::shared_ptr<const tiff::TiffFile>> open_tiff(const std::string& path)
 
 Result<CheckReport> check(const CheckOptions& options) {
   const auto begin = std::chrono::steady_clock::now();
+  const gdal::QuietGdal quiet;
   auto sources = mosaic::open_sources({.names = {options.map}, .cache_bytes = options.memory_bytes});
   if (!sources) return fail(sources);
   if (sources->rasters.size() != 1)

@@ -180,9 +180,13 @@ class LevelChecks {
     return coarse.width == fine.width - fine.width / 2 && coarse.height == fine.height - fine.height / 2;
   }
 
-  /// Whether any tile of a window is stored, as far as that can be asked.
-  bool holds_tiles(std::size_t level, const Window& window) const {
-    if (!map_.tiff) return true;
+  /// What is stored of a window's tiles, as far as that can be asked.
+  struct Stored {
+    bool any = false;
+    std::int64_t lost = 0;  // tiles that do not lie in the file, which their structure's check has told
+  };
+  Stored stored_tiles(std::size_t level, const Window& window) const {
+    if (!map_.tiff) return {true, 0};
     const tiff::Directory& image = map_.tiff->directories()[map_.directories[level]];
     const auto width = static_cast<std::int32_t>(image.format.tile_width),
                height = static_cast<std::int32_t>(image.format.tile_height);
@@ -192,18 +196,24 @@ class LevelChecks {
         for (std::int32_t col = window.x / width; col <= (window.x + window.width - 1) / width; ++col)
           tiles.push_back(
               {map_.directories[level], plane, static_cast<std::uint32_t>(col), static_cast<std::uint32_t>(row)});
-    const auto places = map_.tiff->locate(tiles);
-    return std::any_of(places.begin(), places.end(), [](const auto& place) { return !place || place->size > 0; });
+    Stored stored;
+    for (const auto& place : map_.tiff->locate(tiles)) {
+      stored.lost += place ? 0 : 1;
+      stored.any |= place && place->size > 0;
+    }
+    return stored;
   }
 
   void check_window(std::size_t level, const Window& window, Difference& found, std::int64_t& damaged) const {
     const std::optional<Reducer> reducer =
         comparable(level) ? std::optional<Reducer>(std::in_place, type_, *map_.reduction, size(level - 1), size(level))
                           : std::nullopt;
-    if (!holds_tiles(level, window) && !(reducer && holds_tiles(level - 1, reducer->needed(window)))) return;
+    const Stored tiles = stored_tiles(level, window);
+    damaged = tiles.lost;
+    if (!tiles.any && !(reducer && stored_tiles(level - 1, reducer->needed(window)).any)) return;
     Block stored(type_, window);
     if (!levels_[level]->read(stored)) {
-      damaged = tell_damage(level, window);
+      damaged += tell_damage(level, window);
       return;
     }
     if (!reducer) return;
@@ -222,13 +232,15 @@ class LevelChecks {
                       level - 1, found.greatest));
   }
 
-  /// Which tiles of a window cannot be decoded. How many.
+  /// Which tiles of a window lie in the file and cannot be decoded. How many.
   std::int64_t tell_damage(std::size_t level, const Window& window) const {
     const Window block = levels_[level]->block();
     std::int64_t count = 0;
     for (std::int32_t y = window.y; y < window.y + window.height; y += block.height)
       for (std::int32_t x = window.x; x < window.x + window.width; x += block.width) {
-        Block tile(type_, clipped({x, y, block.width, block.height}, size(level)));
+        const Window place = clipped({x, y, block.width, block.height}, size(level));
+        if (!stored_tiles(level, place).any) continue;
+        Block tile(type_, place);
         const auto read = levels_[level]->read(tile);
         if (read) continue;
         ++count;

@@ -39,6 +39,19 @@ class GdalMessages {
   std::string error_, last_error_, warning_;
 };
 
+/// Keeps GDAL from printing, on any thread, while it is in scope: its own threads have no handler of theirs, and what
+/// fails there fails in the caller's thread too.
+class QuietGdal {
+ public:
+  QuietGdal() : before_(CPLSetErrorHandler(CPLQuietErrorHandler)) {}
+  ~QuietGdal() { CPLSetErrorHandler(before_); }
+  QuietGdal(const QuietGdal&) = delete;
+  QuietGdal& operator=(const QuietGdal&) = delete;
+
+ private:
+  CPLErrorHandler before_;
+};
+
 /// GDAL's message about a file without the name that it often has in it, for an Error that begins with that name.
 std::string without_path(std::string_view message, std::string_view path);
 

@@ -46,6 +46,7 @@ struct CheckReport {
 ///   colour differences are not bounded where they are stored at half the resolution;
 /// - lossy WebP, and maps that do not name a filter: told, not judged.
 /// A damaged tile does not keep the others from being looked at. Error: where the map cannot be opened at all.
+/// GDAL prints nothing meanwhile, on any thread.
 Result<CheckReport> check(const CheckOptions& options);
 
 }  // namespace nadir::pyramid
