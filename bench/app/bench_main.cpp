@@ -102,10 +102,15 @@ Result<Measured> measure(const bench::Suite& suite, const std::string& pattern, 
   Progress progress("measuring", "cases", static_cast<std::int64_t>(cases.size()));
   for (const bench::Case& one : cases) {
     const auto rows = bench::run_case(suite.name, one, options);
-    if (rows)
-      measured.rows.insert(measured.rows.end(), rows->begin(), rows->end());
-    else
-      measured.faults += fmt::format("{}{}: {}", measured.faults.empty() ? "" : "; ", suite.name, rows.error().message);
+    const auto add_fault = [&](const std::string& what) {
+      measured.faults += fmt::format("{}{}: {}", measured.faults.empty() ? "" : "; ", suite.name, what);
+    };
+    if (!rows) add_fault(rows.error().message);
+    for (const bench::Row& row : rows.value_or(std::vector<bench::Row>{})) {
+      if (const auto fault = row.counters.find("fault"); fault != row.counters.end())
+        add_fault(fmt::format("{}: {}: {}", one.name, bench::label(row.method, row.setting), fault->second));
+      measured.rows.push_back(row);
+    }
     progress.advance();
   }
   return measured;
@@ -123,11 +128,24 @@ int main(int argc, char** argv) {
   command.footer(examples);
   command.add_option("SUITE", words, "what to measure; or `report` and files of results")->type_name("");
   command.add_option("-o,--output", output, "folder for results.csv, pictures and report.html")->type_name("DIR");
-  command.add_option("--rounds", options.rounds, "of each case; else as many as 10 s allow, from 3 to 51")
+  command.add_option("--rounds,--repeat", options.rounds, "of each case; else as many as 10 s allow, from 3 to 51")
       ->type_name("N")
       ->check(CLI::PositiveNumber);
   command.add_flag("--quick", quick, "small inputs and 3 rounds: to see that all works");
   command.add_option("--case", pattern, "only cases with this text in their name")->type_name("TEXT");
+  const auto of_maps = "Of suites that make maps";
+  command.add_option("--side", options.side, "of their source, texels; else 16384")
+      ->type_name("N")
+      ->check(CLI::Range(std::int64_t{256}, std::int64_t{65536}))
+      ->group(of_maps);
+  command.add_option("--sources", options.sources, "of their mosaic; else 400")
+      ->type_name("N")
+      ->check(CLI::Range(2, 100'000))
+      ->group(of_maps);
+  command.add_option("--keep", options.keep, "folder where sources are left to be used again")
+      ->type_name("DIR")
+      ->group(of_maps);
+  command.add_flag("--large", options.large, "cases that take many minutes too")->group(of_maps);
   command.add_flag("--list", list, "tell suites and their cases");
   command.add_flag("--json", json, "tell results as JSON");
   command.add_flag("--force", force, "write into DIR though it holds something");

@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "build_suite.h"
 #include "nadir/bench/runner.h"
 #include "read_suite.h"
 
@@ -11,6 +12,6 @@ namespace nadir::bench {
 Suite start_suite();
 
 /// All suites that `nadir bench` knows: a new one is declared above and listed here.
-inline std::vector<Suite> all_suites() { return {read_suite(), start_suite()}; }
+inline std::vector<Suite> all_suites() { return {read_suite(), build_suite(), start_suite()}; }
 
 }  // namespace nadir::bench

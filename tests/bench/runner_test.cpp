@@ -43,6 +43,46 @@ TEST(Statistics, TheParetoFrontHoldsWhatNoneBeats) {
   EXPECT_EQ(pareto_front(time, error), (std::vector<std::size_t>{0, 1}));
 }
 
+TEST(Runner, WhereOthersGoOnAMethodThatFailsHasARowThatSaysWhyAndNoTimes) {
+  int runs = 0;
+  Comparison comparison{.warm_up = false, .go_on = true};
+  comparison.methods = {{.name = "good", .run = []() -> Result<void> { return {}; }},
+                        {.name = "bad",
+                         .run = [&]() -> Result<void> {
+                           ++runs;
+                           return fail(Error::Kind::Io, "a=b; no disk");
+                         }},
+                        {.name = "absent", .left_out = "not installed"}};
+  comparison.aims = {{"good", "bad"}, {"good", "absent"}};
+  const auto rows = run_comparison("s", "c", comparison, {.rounds = 3});
+  ASSERT_TRUE(rows);
+  EXPECT_EQ((*rows)[0].counters.at("rounds"), "3");
+  EXPECT_FALSE((*rows)[0].counters.contains("ratio:bad"));
+  EXPECT_EQ(runs, 1) << "it is not tried again";
+  EXPECT_FALSE((*rows)[1].wall_ms);
+  EXPECT_EQ((*rows)[1].counters.at("fault"), "a b, no disk");
+  EXPECT_EQ((*rows)[2].counters.at("left_out"), "not installed");
+  EXPECT_EQ(from_csv("rows", to_csv(*rows)).value(), *rows);
+  EXPECT_NE(to_table(*rows).find("failed: a b, no disk"), std::string::npos);
+
+  comparison.go_on = false;
+  EXPECT_FALSE(run_comparison("s", "c", comparison, {.rounds = 1}));
+}
+
+TEST(Runner, ProgramsThatFollowAddTheirTimeAndMemoriesAreCompared) {
+  // sleep takes no CPU, and the shell with its text of 8 MiB more memory than it
+  Comparison comparison{.warm_up = false, .rounds = 1};
+  comparison.methods = {{.name = "two", .command = {"sleep", "0.05"}, .then = {{"sleep", "0.05"}}},
+                        {.name = "fat", .command = {"sh", "-c", "x=$(head -c 8388608 /dev/zero | tr '\\0' x)"}}};
+  comparison.aims = {{.method = "fat", .baseline = "two", .most = 1, .cost = Cost::peak}};
+  const auto rows = run_comparison("s", "c", comparison, {.rounds = 2});
+  ASSERT_TRUE(rows) << rows.error().message;
+  EXPECT_GE((*rows)[0].wall_ms, 100);
+  EXPECT_EQ((*rows)[0].counters.at("rounds"), "1") << "the comparison's own number";
+  EXPECT_GT(counter((*rows)[1], "peak_ratio:two"), 2);
+  EXPECT_EQ((*rows)[1].counters.at("peak_aim:two"), "1");
+}
+
 TEST(Runner, MethodsTakeTurnsAndEachRoundBeginsOneLater) {
   std::string order;
   Comparison comparison;

@@ -15,8 +15,9 @@ NADIR = os.environ["NADIR_BIN"]
 COLUMNS = "suite,case,method,setting,error,error_unit,cpu_ms,wall_ms,peak_bytes,counters,commit"
 
 
-def bench(*arguments):
-    return subprocess.run([NADIR, "bench", *map(str, arguments)], capture_output=True, text=True, timeout=120)
+def bench(*arguments, **environment):
+    return subprocess.run([NADIR, "bench", *map(str, arguments)], capture_output=True, text=True, timeout=240,
+                          env={**os.environ, **environment})
 
 
 class Bench(unittest.TestCase):
@@ -62,6 +63,54 @@ class Bench(unittest.TestCase):
         rows = json.loads(done.stdout)
         self.assertEqual(len(rows), 3)
         self.assertIn("ratio:gdalinfo", rows[1]["counters"])
+
+    def test_builders_are_measured_and_what_they_made_is_checked(self):
+        out, kept = self.folder / "build", self.folder / "kept"
+        sizes = ("--side", 640, "--repeat", 1, "--sources", 4, "--keep", kept)
+        done = bench("build", *sizes, "-o", out)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertTrue(list(kept.glob("photo_640_*.tif")), "sources are kept")
+        self.assertEqual(len(list(kept.glob("two_zones_4/zone3?_*.tif"))), 4)
+        with open(out / "results.csv", newline="") as file:
+            rows = list(csv.DictReader(file))
+        cases = {row["case"] for row in rows}
+        self.assertLessEqual({"none", "jpeg 4:2:0", "deflate 6", "zstd 1", "zstd 3", "zstd 9"}, cases)
+        for row in rows:
+            counters = dict(pair.split("=", 1) for pair in row["counters"].split(";"))
+            self.assertNotIn("fault", counters, row)
+            if "left_out" in counters:
+                self.assertEqual(row["wall_ms"], "", row)
+                continue
+            self.assertGreater(float(row["wall_ms"]), 0, row)
+            self.assertGreater(int(counters["written_bytes"]), 0, row)
+            if "alone" not in row["method"]:
+                self.assertGreater(int(row["peak_bytes"]), 1 << 20, row)
+            if "mosaic" in row["case"]:
+                # Bilinear values of 8 bits, noise of 0.3 levels over 1024 texels with a slope of 28 levels a texel:
+                # a thousandth; warping within an eighth of a texel comes on top.
+                self.assertLess(float(row["error"]), 0.13, row)
+        for case in cases:
+            if "mosaic" not in case:
+                self.assertTrue(any(row["case"] == case and row["method"] == "nadir" and row["wall_ms"] for row in rows))
+
+    def test_a_builder_that_fails_is_told_and_not_timed(self):
+        programs = self.folder / "programs"
+        programs.mkdir()
+        fake = programs / "gdal_translate"
+        fake.write_text("#!/bin/sh\necho 'no such luck' >&2\nexit 3\n")
+        fake.chmod(0o755)
+        path = f"{programs}:{os.environ['PATH']}"
+        done = bench("build", "--side", 512, "--repeat", 1, "--case", "zstd 1", "--json", PATH=path)
+        self.assert_fault(done, "GDAL COG", "no such luck")
+        rows = {row["method"]: row for row in json.loads(done.stdout)}
+        self.assertIn("no such luck", rows["GDAL COG"]["counters"]["fault"])
+        self.assertNotIn("wall_ms", rows["GDAL COG"])
+        self.assertGreater(rows["nadir"]["wall_ms"], 0)
+
+        # One that says that all went well, and leaves something else
+        fake.write_text('#!/bin/bash\nexec /usr/bin/gdal_translate -q -outsize 50% 50% "${@: -2:1}" "${@: -1}"\n')
+        done = bench("build", "--side", 512, "--repeat", 1, "--case", "zstd 1", "--json", PATH=path)
+        self.assert_fault(done, "GDAL COG", "256 x 256", "expected 512 x 512")
 
     def test_the_list_names_suites_and_cases(self):
         listed = bench("--list").stdout

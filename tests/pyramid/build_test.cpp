@@ -443,12 +443,12 @@ TEST_F(Build, SourcesOfAnotherTypeAndTexelSizeComeOntoOneGrid) {
   auto o = options({first, finer});
   ASSERT_TRUE(build(o));
   const auto map = open(o.output);
-  EXPECT_EQ(map->GetRasterXSize(), 256 + 128);
+  EXPECT_EQ(map->GetRasterXSize(), 2 * 256 + 256);  // the finest source decides
   EXPECT_EQ(map->GetRasterBand(1)->GetRasterDataType(), GDT_UInt16);
   const auto samples = read_level(o.output, 0, 1);
   EXPECT_EQ(samples[0], 100);
-  EXPECT_EQ(samples[300], 1000);
-  EXPECT_EQ(read_mask(o.output, 0)[200 * 384 + 300], 0);  // below the finer one
+  EXPECT_EQ(samples[600], 1000);
+  EXPECT_EQ(read_mask(o.output, 0)[400 * 768 + 600], 0);  // below the finer one
 }
 
 /// A field that is the same wherever it is looked at from.
@@ -527,7 +527,7 @@ TEST_F(Build, AMapIsRenderedOntoAnotherGrid) {
 TEST_F(Build, SourcesThatCannotGoTogetherAreNamed) {
   const auto value = [](int, int, int) { return 1; };
   const auto first = raster("first.tif", {.bands = 2}, value);
-  const auto other = raster("other.tif", {.bands = 5}, value);
+  const auto other = raster("other.tif", {.bands = 5, .type = GDT_UInt16}, value);
   const std::string message = failure(options({first, other}));
   EXPECT_EQ(message.find(other), 0u) << message;
   EXPECT_NE(message.find("bands"), std::string::npos) << message;

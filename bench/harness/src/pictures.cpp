@@ -142,7 +142,10 @@ struct Quantity {
 };
 
 std::optional<Picture> lines(const std::string& suite, const Group& line, const Quantity& quantity) {
-  const auto methods = group(line.rows, method_name);
+  const auto methods = group(line.rows, [](const Row& row) {
+    const auto found = row.counters.find("point_of");
+    return found == row.counters.end() ? method_name(row) : found->second;
+  });
   std::string script = common, plot = "plot ", x_label;
   std::vector<double> xs, ys;
   for (std::size_t i = 0; i < methods.size(); ++i) {
@@ -172,6 +175,39 @@ std::optional<Picture> lines(const std::string& suite, const Group& line, const 
                  script + plot + "\n", std::max(480, 160 + 22 * static_cast<int>(methods.size()))};
 }
 
+/// The time it took against what was written, a point a case and method; what is part of a line has its own picture.
+std::optional<Picture> written(const Group& suite) {
+  std::vector<Row> rows;
+  std::vector<double> times, sizes;
+  for (const Row& row : suite.rows)
+    if (const auto bytes = counter(row, "written_bytes");
+        bytes && *bytes > 0 && row.wall_ms && *row.wall_ms > 0 && !row.counters.contains("line")) {
+      rows.push_back(row);
+      times.push_back(*row.wall_ms / 1e3);
+      sizes.push_back(*bytes / 1e6);
+    }
+  if (rows.size() < 2) return std::nullopt;
+  std::string script = common;
+  script += fmt::format("set logscale xy\nset xrange {}\nset yrange {}\n", log_range(sizes), log_range(times));
+  script += log_tics('x', sizes) + log_tics('y', times);
+  script += "set datafile separator '|'\nset xlabel 'written, MB'\nset ylabel 'wall time, s (median)'\n";
+  std::string plot = "plot ";
+  const auto methods = group(rows, [](const Row& row) { return row.method; });
+  for (std::size_t i = 0; i < methods.size(); ++i) {
+    script += fmt::format("$m{} << EOD\n", i);
+    for (const Row& row : methods[i].rows)
+      script +=
+          fmt::format("{:.9g}|{:.9g}|{}\n", *counter(row, "written_bytes") / 1e6, *row.wall_ms / 1e3, row.case_name);
+    script += "EOD\n";
+    plot += fmt::format(
+        "{0}$m{1} with points {2} title {3}, $m{1} using 1:2:3 with labels left offset 0.8,0.3 font ',8' "
+        "tc rgb '#888888' notitle",
+        plot.size() > 5 ? ", " : "", i, style(i), gnuplot_string(methods[i].name));
+  }
+  return Picture{suite.name, file_name(suite.name + "-written"), suite.name + ": time against what is written",
+                 script + plot + "\n", 700};
+}
+
 struct Bar {
   std::string label;
   double ratio;
@@ -182,12 +218,14 @@ std::optional<Picture> bars(const Group& suite) {
   std::vector<Bar> all;
   for (const Row& row : suite.rows)
     for (const auto& [key, value] : row.counters)
-      for (const std::string prefix : {"ratio:", "cpu_ratio:"})
+      for (const std::string prefix : {"ratio:", "cpu_ratio:", "peak_ratio:"})
         if (key.starts_with(prefix)) {
-          const std::string baseline = key.substr(prefix.size()), kind = prefix.starts_with("cpu_") ? "cpu_" : "";
-          all.push_back(
-              {fmt::format("{}: {} / {}{}", row.case_name, method_name(row), baseline, kind.empty() ? "" : " (CPU)"),
-               counter(row, key).value_or(1), counter(row, kind + "aim:" + baseline)});
+          const std::string baseline = key.substr(prefix.size()), kind = prefix.substr(0, prefix.find("ratio:"));
+          all.push_back({fmt::format("{}: {} / {}{}", row.case_name, method_name(row), baseline,
+                                     kind == "cpu_" ? " (CPU)"
+                                     : kind.empty() ? ""
+                                                    : " (memory)"),
+                         counter(row, key).value_or(1), counter(row, kind + "aim:" + baseline)});
         }
   std::erase_if(all, [](const Bar& bar) { return !(bar.ratio > 0); });
   if (all.empty()) return std::nullopt;
@@ -220,7 +258,7 @@ std::optional<Picture> bars(const Group& suite) {
                         log_range(values), count + 0.7, longest + 2);
   script +=
       log_tics('x', values) + fmt::format("set ytics ({})\nunset grid\nset grid x lt 1 lw 1 lc rgb '#e0e0e0'\n", tics);
-  script += "set xlabel 'time of the first over time of the second; left of 1 it is faster'\n";
+  script += "set xlabel 'cost of the first over cost of the second; left of 1 it takes less'\n";
   script +=
       "set key outside top center horizontal maxrows 1 samplen 1.5\nset style fill solid 0.8 "
       "noborder\n";
@@ -256,6 +294,7 @@ std::vector<Picture> pictures(const std::vector<Row>& rows) {
   };
   for (const Group& suite : group(rows, [](const Row& row) { return row.suite; })) {
     add(bars(suite));
+    add(written(suite));
     for (const Group& one : group(suite.rows, [](const Row& row) { return row.case_name; }))
       add(scatter(suite.name, one));
     for (const Group& line : group(suite.rows, [](const Row& row) {

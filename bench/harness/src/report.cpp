@@ -15,8 +15,8 @@
 namespace nadir::bench {
 namespace {
 
-constexpr std::array<std::string_view, 8> headings = {"method", "wall ms", "middle half", "CPU ms",
-                                                      "rate",   "error",   "peak memory", "ratios"};
+constexpr std::array<std::string_view, 9> headings = {"method", "wall ms", "middle half", "CPU ms", "rate",
+                                                      "error",  "written", "peak memory", "ratios"};
 using Line = std::array<std::string, headings.size()>;
 
 std::string text_counter(const Row& row, const std::string& key) {
@@ -26,16 +26,21 @@ std::string text_counter(const Row& row, const std::string& key) {
 
 std::string optional_number(const std::optional<double>& value) { return value ? short_number(*value) : ""; }
 
-/// "0.71x gdal (aim 0.85x) ok", for each baseline.
+/// "0.71x gdal (aim 0.85x) ok", for each baseline; or why there is none.
 std::string ratios_of(const Row& row) {
   std::string text;
+  if (const std::string why = text_counter(row, "left_out"); !why.empty()) text = "left out: " + why;
+  if (const std::string why = text_counter(row, "fault"); !why.empty()) text = "failed: " + why;
   for (const auto& [key, value] : row.counters)
-    for (const std::string kind : {"", "cpu_"}) {
+    for (const std::string kind : {"", "cpu_", "peak_"}) {
       const std::string prefix = kind + "ratio:";
       const auto ratio = counter(row, key);
       if (!key.starts_with(prefix) || !ratio) continue;
       const std::string baseline = key.substr(prefix.size());
-      text += fmt::format("{}{:.2f}x {}{}", text.empty() ? "" : ", ", *ratio, baseline, kind.empty() ? "" : " in CPU");
+      text += fmt::format("{}{:.2f}x {}{}", text.empty() ? "" : ", ", *ratio, baseline,
+                          kind == "cpu_"    ? " in CPU"
+                          : kind == "peak_" ? " in memory"
+                                            : "");
       if (const auto aim = counter(row, kind + "aim:" + baseline))
         text += fmt::format(" (aim {:.2f}x) {}", *aim, *ratio <= *aim ? "ok" : "miss");
     }
@@ -43,21 +48,24 @@ std::string ratios_of(const Row& row) {
 }
 
 Line line_of(const Row& row) {
-  const auto q1 = counter(row, "wall_q1_ms"), q3 = counter(row, "wall_q3_ms"), rate = counter(row, "rate");
+  const auto q1 = counter(row, "wall_q1_ms"), q3 = counter(row, "wall_q3_ms"), rate = counter(row, "rate"),
+             written = counter(row, "written_bytes");
   return {label(row.method, row.setting),
           optional_number(row.wall_ms),
           q1 && q3 ? short_number(*q1) + " to " + short_number(*q3) : "",
           optional_number(row.cpu_ms),
           rate ? short_number(*rate) + " " + text_counter(row, "rate_unit") : "",
           row.error ? short_number(*row.error) + (row.error_unit.empty() ? "" : " " + row.error_unit) : "",
+          written ? format_bytes(static_cast<std::uint64_t>(*written)) : "",
           row.peak_bytes ? format_bytes(*row.peak_bytes) : "",
           ratios_of(row)};
 }
 
 /// Counters that no column shows: those of the methods themselves.
 std::string other_counters(const Row& row) {
-  constexpr std::array<std::string_view, 10> shown = {"wall_q1_ms", "wall_q3_ms", "rate", "rate_unit",  "line",
-                                                      "x",          "x_label",    "aim",  "cpu_min_ms", "wall_min_ms"};
+  constexpr std::array<std::string_view, 13> shown = {
+      "wall_q1_ms", "wall_q3_ms", "rate",        "rate_unit", "line",     "x",       "x_label",
+      "aim",        "cpu_min_ms", "wall_min_ms", "fault",     "point_of", "left_out"};
   std::string text;
   for (const auto& [key, value] : row.counters)
     if (key.find(':') == std::string::npos && std::find(shown.begin(), shown.end(), key) == shown.end())

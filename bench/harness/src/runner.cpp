@@ -6,6 +6,7 @@
 #include <cassert>
 #include <chrono>
 #include <cmath>
+#include <limits>
 
 #include "nadir/bench/machine.h"
 #include "nadir/bench/measure.h"
@@ -22,12 +23,27 @@ struct Samples {
   int calls = 1;
   std::vector<double> wall_ms, cpu_ms;
   std::optional<std::uint64_t> peak_bytes;
+  std::string fault;
 };
+
+/// What programs take that are started one after the other: times add up, peaks do not.
+Result<Usage> measure_programs(const Method& method) {
+  auto all = measure_command(method.command);
+  for (const auto& command : method.then) {
+    if (!all) break;
+    const auto one = measure_command(command);
+    if (!one) return fail(one);
+    all->wall_ms += one->wall_ms;
+    all->cpu_ms += one->cpu_ms;
+    if (one->peak_bytes) all->peak_bytes = std::max(all->peak_bytes.value_or(0), *one->peak_bytes);
+  }
+  return all;
+}
 
 Result<Usage> repeat(const Method& method, int calls) {
   if (method.before)
     if (const auto ready = method.before(); !ready) return fail(ready);
-  auto usage = method.command.empty() ? measure(method.run, calls) : measure_command(method.command);
+  auto usage = method.command.empty() ? measure(method.run, calls) : measure_programs(method);
   if (method.after)
     if (const auto done = method.after(); usage && !done) return fail(done);
   return usage;
@@ -48,13 +64,71 @@ void add_ratio(const Aim& aim, const Comparison& comparison, const std::vector<S
     return static_cast<std::size_t>(found - comparison.methods.begin());
   };
   const std::size_t a = place(aim.method), b = place(aim.baseline);
-  const bool wall = aim.time == Time::wall;
-  const double ratio =
-      wall ? paired_ratio(samples[a].wall_ms, samples[b].wall_ms) : paired_ratio(samples[a].cpu_ms, samples[b].cpu_ms);
-  if (!std::isfinite(ratio)) return;  // a baseline too short for the CPU clock
-  const std::string prefix = wall ? "" : "cpu_";
+  if (!rows[a].wall_ms || !rows[b].wall_ms) return;  // one of them did not take part
+  double ratio = std::numeric_limits<double>::quiet_NaN();
+  std::string prefix;
+  switch (aim.cost) {
+    case Cost::wall:
+      ratio = paired_ratio(samples[a].wall_ms, samples[b].wall_ms);
+      break;
+    case Cost::cpu:
+      prefix = "cpu_";
+      ratio = paired_ratio(samples[a].cpu_ms, samples[b].cpu_ms);
+      break;
+    case Cost::peak:
+      prefix = "peak_";
+      if (samples[a].peak_bytes && samples[b].peak_bytes)
+        ratio = static_cast<double>(*samples[a].peak_bytes) / static_cast<double>(*samples[b].peak_bytes);
+      break;
+  }
+  if (!std::isfinite(ratio)) return;  // a baseline too short for the CPU clock, or no peak known
   rows[a].counters[prefix + "ratio:" + aim.baseline] = fmt::format("{:.4g}", ratio);
   if (aim.most) rows[a].counters[prefix + "aim:" + aim.baseline] = fmt::format("{:g}", *aim.most);
+}
+
+/// A counter's value: on one line, without what separates counters.
+std::string as_counter(std::string text) {
+  std::replace(text.begin(), text.end(), '\n', ' ');
+  std::replace(text.begin(), text.end(), ';', ',');
+  std::replace(text.begin(), text.end(), '=', ' ');
+  return text;
+}
+
+Result<Row> row_of(const std::string& suite, const std::string& case_name, const Comparison& comparison,
+                   const Method& method, const Samples& s) {
+  Row row{.suite = suite, .case_name = case_name, .method = method.name, .setting = method.setting};
+  row.commit = commit();
+  if (!method.left_out.empty()) row.counters["left_out"] = as_counter(method.left_out);
+  if (!s.fault.empty()) row.counters["fault"] = as_counter(s.fault);
+  if (!row.counters.empty()) return row;
+
+  row.cpu_ms = median(s.cpu_ms);
+  row.wall_ms = median(s.wall_ms);
+  row.peak_bytes = s.peak_bytes;
+  if (method.counters) row.counters = method.counters();
+  row.counters["rounds"] = std::to_string(s.wall_ms.size());
+  row.counters["calls"] = std::to_string(s.calls);
+  row.counters["wall_min_ms"] = fmt::format("{:.6g}", quantile(s.wall_ms, 0));
+  row.counters["wall_q1_ms"] = fmt::format("{:.6g}", quantile(s.wall_ms, 0.25));
+  row.counters["wall_q3_ms"] = fmt::format("{:.6g}", quantile(s.wall_ms, 0.75));
+  row.counters["cpu_min_ms"] = fmt::format("{:.6g}", quantile(s.cpu_ms, 0));
+  if (comparison.work > 0) {
+    row.counters["rate"] = fmt::format("{:.6g}", comparison.work / *row.wall_ms * 1e3);
+    row.counters["rate_unit"] = comparison.work_unit + "/s";
+  }
+  if (const auto& point = method.point ? method.point : comparison.point) {
+    row.counters["line"] = point->line;
+    row.counters["x"] = fmt::format("{}", point->x);
+    row.counters["x_label"] = point->label;
+    if (method.point) row.counters["point_of"] = method.name;
+  }
+  if (method.error) {
+    const auto error = method.error();
+    if (!error) return fail_in(case_name, method, error);
+    row.error = *error;
+    row.error_unit = comparison.error_unit;
+  }
+  return row;
 }
 
 }  // namespace
@@ -73,11 +147,20 @@ Result<std::vector<Row>> run_comparison(const std::string& suite, const std::str
                                         const Comparison& comparison, const RunOptions& options) {
   const auto& methods = comparison.methods;
   std::vector<Samples> samples(methods.size());
+  const auto takes_part = [&](std::size_t i) { return methods[i].left_out.empty() && samples[i].fault.empty(); };
+  /// A repetition of a method; nothing where it failed and the others go on.
+  const auto try_once = [&](std::size_t i) -> Result<std::optional<Usage>> {
+    const auto usage = repeat(methods[i], samples[i].calls);
+    if (usage) return *usage;
+    if (!comparison.go_on) return fail_in(case_name, methods[i], usage);
+    samples[i].fault = usage.error().message;
+    return std::nullopt;
+  };
 
   // Peaks first, while no method has started threads that a forked process would lack
   for (std::size_t i = 0; i < methods.size(); ++i) {
     const Method& method = methods[i];
-    if (!method.peak || !method.command.empty()) continue;
+    if (!method.peak || !method.command.empty() || !takes_part(i)) continue;
     if (method.before)
       if (const auto ready = method.before(); !ready) return fail_in(case_name, method, ready);
     const auto peak = peak_in_child(method.run);
@@ -88,61 +171,39 @@ Result<std::vector<Row>> run_comparison(const std::string& suite, const std::str
   }
 
   // Once without measuring: pages come in, caches fill
-  for (std::size_t i = 0; i < methods.size(); ++i) {
-    const auto usage = repeat(methods[i], 1);
-    if (!usage) return fail_in(case_name, methods[i], usage);
-    if (!methods[i].before && !methods[i].after && methods[i].command.empty())
+  for (std::size_t i = 0; comparison.warm_up && i < methods.size(); ++i) {
+    if (!takes_part(i)) continue;
+    const auto usage = try_once(i);
+    if (!usage) return fail(usage);
+    if (*usage && !methods[i].before && !methods[i].after && methods[i].command.empty())
       samples[i].calls = static_cast<int>(
-          std::clamp(std::ceil(least_sample_ms / std::max(usage->wall_ms, 1e-6)), 1.0, 1.0 * most_calls));
+          std::clamp(std::ceil(least_sample_ms / std::max((*usage)->wall_ms, 1e-6)), 1.0, 1.0 * most_calls));
   }
 
   const auto start = std::chrono::steady_clock::now();
+  const int wanted = comparison.rounds > 0 ? comparison.rounds : options.rounds;
   const auto enough = [&](int round) {
-    if (options.rounds > 0) return round >= options.rounds;
+    if (wanted > 0) return round >= wanted;
     const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start;
     return round >= 51 || (round >= 3 && spent.count() >= options.budget_s);
   };
   for (int round = 0; !enough(round); ++round)
     for (const std::size_t i : order_of_round(methods.size(), static_cast<std::size_t>(round))) {
-      const auto usage = repeat(methods[i], samples[i].calls);
-      if (!usage) return fail_in(case_name, methods[i], usage);
-      samples[i].wall_ms.push_back(usage->wall_ms);
-      samples[i].cpu_ms.push_back(usage->cpu_ms);
-      if (usage->peak_bytes) samples[i].peak_bytes = std::max(samples[i].peak_bytes.value_or(0), *usage->peak_bytes);
+      if (!takes_part(i)) continue;
+      const auto usage = try_once(i);
+      if (!usage) return fail(usage);
+      if (!*usage) continue;
+      samples[i].wall_ms.push_back((*usage)->wall_ms);
+      samples[i].cpu_ms.push_back((*usage)->cpu_ms);
+      if ((*usage)->peak_bytes)
+        samples[i].peak_bytes = std::max(samples[i].peak_bytes.value_or(0), *(*usage)->peak_bytes);
     }
 
   std::vector<Row> rows;
   for (std::size_t i = 0; i < methods.size(); ++i) {
-    const Method& method = methods[i];
-    const Samples& s = samples[i];
-    Row row{.suite = suite, .case_name = case_name, .method = method.name, .setting = method.setting};
-    row.cpu_ms = median(s.cpu_ms);
-    row.wall_ms = median(s.wall_ms);
-    row.peak_bytes = s.peak_bytes;
-    row.commit = commit();
-    if (method.counters) row.counters = method.counters();
-    row.counters["rounds"] = std::to_string(s.wall_ms.size());
-    row.counters["calls"] = std::to_string(s.calls);
-    row.counters["wall_min_ms"] = fmt::format("{:.6g}", quantile(s.wall_ms, 0));
-    row.counters["wall_q1_ms"] = fmt::format("{:.6g}", quantile(s.wall_ms, 0.25));
-    row.counters["wall_q3_ms"] = fmt::format("{:.6g}", quantile(s.wall_ms, 0.75));
-    row.counters["cpu_min_ms"] = fmt::format("{:.6g}", quantile(s.cpu_ms, 0));
-    if (comparison.work > 0) {
-      row.counters["rate"] = fmt::format("{:.6g}", comparison.work / *row.wall_ms * 1e3);
-      row.counters["rate_unit"] = comparison.work_unit + "/s";
-    }
-    if (comparison.point) {
-      row.counters["line"] = comparison.point->line;
-      row.counters["x"] = fmt::format("{}", comparison.point->x);
-      row.counters["x_label"] = comparison.point->label;
-    }
-    if (method.error) {
-      const auto error = method.error();
-      if (!error) return fail_in(case_name, method, error);
-      row.error = *error;
-      row.error_unit = comparison.error_unit;
-    }
-    rows.push_back(std::move(row));
+    auto row = row_of(suite, case_name, comparison, methods[i], samples[i]);
+    if (!row) return fail(row);
+    rows.push_back(std::move(*row));
   }
   for (const Aim& aim : comparison.aims) add_ratio(aim, comparison, samples, rows);
   return rows;

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <cstring>
 
 #include "codecs.h"
@@ -131,8 +132,9 @@ Result<TileEncoder> TileEncoder::create(TileFormat format, const Packing& packin
   const bool pictures = format.codec == Codec::Jpeg || format.codec == Codec::WebP;
   if (pictures && (packing.quality < 1 || packing.quality > 100))
     return fail(Error::Kind::Malformed, fmt::format("quality {}: expected 1 to 100", packing.quality));
-  if (!(packing.max_error >= 0))
-    return fail(Error::Kind::Malformed, fmt::format("largest error {}: expected at least 0", packing.max_error));
+  if (!(packing.max_error >= 0) || std::isinf(packing.max_error))
+    return fail(Error::Kind::Malformed,
+                fmt::format("largest error {}: expected a finite number of at least 0", packing.max_error));
   if (format.codec == Codec::Jpeg) {
     if (format.samples == 3) {
       format.photometric = Photometric::YCbCr;
@@ -174,7 +176,10 @@ Result<std::size_t> TileEncoder::append(const std::byte* first_row, std::size_t 
     default:
       done = pack_stream(format.codec, level, state_->rows(first_row, stride), out);
   }
-  if (!done) return fail(done);
+  if (!done) {
+    out.resize(begin);  // nothing of a tile that failed
+    return fail(done);
+  }
   return out.size() - begin;
 }
 

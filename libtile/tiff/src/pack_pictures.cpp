@@ -18,6 +18,8 @@
 namespace nadir::tiff {
 namespace {
 
+constexpr int lerc_version = 4;  // of the codec, that readers of TIFFs know
+
 tl::unexpected<Error> failed(std::string what) { return fail(Error::Kind::Io, std::move(what)); }
 
 /// A compressor, its output and the way out of it: libjpeg reports by calling back, and leaves by longjmp.
@@ -198,13 +200,14 @@ Result<void> pack_lerc(const TileFormat& format, double max_error, std::span<con
   const int columns = static_cast<int>(format.tile_width), rows = static_cast<int>(format.tile_height);
   const auto* mask = masked ? valid.data() : nullptr;
   unsigned size = 0, written = 0;
-  if (lerc_computeCompressedSize(tile.data(), lerc_type(format), static_cast<int>(samples), columns, rows, 1,
-                                 masked ? 1 : 0, mask, max_error, &size) != 0)
+  if (lerc_computeCompressedSizeForVersion(tile.data(), lerc_version, lerc_type(format), static_cast<int>(samples),
+                                           columns, rows, 1, masked ? 1 : 0, mask, max_error, &size) != 0)
     return failed("LERC cannot pack a tile");
   const std::size_t begin = out.size();
   out.resize(begin + size);
-  if (lerc_encode(tile.data(), lerc_type(format), static_cast<int>(samples), columns, rows, 1, masked ? 1 : 0, mask,
-                  max_error, reinterpret_cast<unsigned char*>(out.data() + begin), size, &written) != 0)
+  if (lerc_encodeForVersion(tile.data(), lerc_version, lerc_type(format), static_cast<int>(samples), columns, rows, 1,
+                            masked ? 1 : 0, mask, max_error, reinterpret_cast<unsigned char*>(out.data() + begin), size,
+                            &written) != 0)
     return failed("LERC cannot pack a tile");
   out.resize(begin + written);
   return {};

@@ -15,8 +15,8 @@ using namespace nadir;
 constexpr auto description =
     "Makes a map: a cloud-optimized GeoTIFF with all its levels, from which frames are rendered fast.\n"
     "SOURCE is any raster that GDAL reads, a folder of rasters, a text file (.txt) that lists them, or a folder of\n"
-    "map tiles DIR/{zoom}/{x}/{y}.png. Several come onto the grid of the first, whatever their CRS and resolution,\n"
-    "later ones on top.\n"
+    "map tiles DIR/{zoom}/{x}/{y}.png. Several come onto one grid, in the CRS of the first and with the texels of\n"
+    "the finest, later ones on top.\n"
     "What is done is kept in MAP.building until the map is whole: after an interruption the same command goes on.";
 
 constexpr auto examples =
@@ -76,7 +76,7 @@ void add_sources(CLI::App& command, pyramid::BuildOptions& options, Words& words
 }
 
 void add_grid(CLI::App& command, pyramid::BuildOptions& options, Words& words) {
-  const auto group = "Grid of the map, else that of the first source";
+  const auto group = "Grid of the map, else the CRS of the first source and the texels of the finest";
   command.add_option("--crs", options.grid.crs, "EPSG:code, WKT or PROJ string")->type_name("CRS")->group(group);
   command.add_option("--gsd", options.grid.gsd, "side of a texel in units of the CRS")->type_name("SIZE")->group(group);
   command.add_option("--extent", words.extent, "left,bottom,right,top in units of the CRS")

@@ -10,7 +10,14 @@
 
 namespace nadir::bench {
 
-enum class Time { wall, cpu };
+enum class Cost { wall, cpu, peak };
+
+/// Places a case, or a method of it, on an axis: those of the same line become points of one picture.
+struct Point {
+  std::string line;   // "opening a map"
+  double x = 0;       // > 0
+  std::string label;  // of the axis, with its unit: "side of the map, texels"
+};
 
 /// One way to do the work of a case.
 struct Method {
@@ -18,10 +25,13 @@ struct Method {
   std::string setting;                // of what it was run with: "threads=2"
   std::function<Result<void>()> run;  // one repetition, measured
   std::vector<std::string> command;   // instead of `run`: a program and its arguments, started for each repetition
-  std::function<Result<void>()> before, after;                   // each repetition, not measured; optional
-  std::function<Result<double>()> error;                         // asked once, after the last round; optional
+  std::vector<std::vector<std::string>> then;   // programs that are started behind `command`, one after the other
+  std::function<Result<void>()> before, after;  // each repetition, not measured; optional
+  std::function<Result<double>()> error;        // asked once, after the last round; optional
   std::function<std::map<std::string, std::string>()> counters;  // likewise
-  bool peak = false;  // of `run`: measure its peak memory, in a process of its own. Commands always tell theirs
+  std::optional<Point> point;  // its own: methods of one name, whatever their setting, are joined by a line
+  bool peak = false;     // of `run`: measure its peak memory, in a process of its own. Commands always tell theirs
+  std::string left_out;  // why it cannot take part here: it is not run, and its row says so
 };
 
 /// What a method is called among the others: its name, and behind a comma its setting where it has one.
@@ -31,14 +41,7 @@ std::string label(const std::string& name, const std::string& setting);
 struct Aim {
   std::string method, baseline;  // labels of methods of the comparison
   std::optional<double> most;    // nothing: only of interest
-  Time time = Time::wall;
-};
-
-/// Places a case on an axis: cases of the same line become points of one picture.
-struct Point {
-  std::string line;   // "opening a map"
-  double x = 0;       // > 0
-  std::string label;  // of the axis, with its unit: "side of the map, texels"
+  Cost cost = Cost::wall;
 };
 
 /// Methods that do the same work.
@@ -48,7 +51,10 @@ struct Comparison {
   double work = 0;        // of one repetition, for rates; 0: no rate
   std::string work_unit;  // "MB"
   std::vector<Aim> aims;
-  std::optional<Point> point;
+  std::optional<Point> point;  // of all methods that have none of their own
+  bool warm_up = true;         // one repetition each that does not count; false where runs are long and `prepare` warms
+  bool go_on = false;          // a method that fails gets a row that says so, and the others go on; else the case fails
+  int rounds = 0;              // not 0: so many, whatever the options say
 };
 
 /// A comparison by name. `prepare` makes what the methods use (maps, cameras, peers); all of it goes when the
@@ -63,6 +69,11 @@ struct RunOptions {
   double budget_s = 10;  // for the rounds of one case
   bool quick = false;    // suites make their inputs small, to see that all works
   std::string scratch;   // folder for files that suites make; there already
+  // Of suites that make maps
+  std::int64_t side = 0;  // texels, of their source; 0: what the suite takes
+  int sources = 0;        // of their mosaic; 0: what the suite takes
+  std::string keep;       // folder for what they make and may use again; empty: `scratch`
+  bool large = false;     // cases that take many minutes too
 };
 
 /// A question and the cases that answer it.
@@ -82,8 +93,10 @@ std::vector<std::size_t> order_of_round(std::size_t methods, std::size_t round);
 ///
 /// Counters: `rounds`, `calls`, `wall_min_ms`, `wall_q1_ms`, `wall_q3_ms`, `cpu_min_ms`; `rate` with `rate_unit`
 /// where there is work; for each aim `ratio:BASELINE` (or `cpu_ratio:BASELINE`), the median of the rounds' ratios, and
-/// `aim:BASELINE` (`cpu_aim:BASELINE`); for a point `line`, `x` and `x_label`; and those of the method.
-/// An Error names the method. A missed aim is none.
+/// `aim:BASELINE` (`cpu_aim:BASELINE`); `peak_ratio:BASELINE` of peak memories; for a point `line`, `x`,
+/// `point_of` where it is the method's own, and `x_label`;
+/// and those of the method. `fault` or `left_out`, with the reason, of a method without times. An Error names the
+/// method. A missed aim is none.
 Result<std::vector<Row>> run_comparison(const std::string& suite, const std::string& case_name,
                                         const Comparison& comparison, const RunOptions& options);
 
