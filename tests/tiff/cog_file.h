@@ -37,7 +37,8 @@ CogImage image_of(const CogShape& shape);
 /// Tiles of each level down and across.
 std::uint64_t tiles_of(const CogImage& image, std::size_t level);
 
-/// Writes the file: tiles packed here as they are or by GDAL's zlib, as the format says; leaders and trailers around them.
+/// Writes the file: tiles packed here as they are or by GDAL's zlib, as the format says; leaders and trailers around
+/// them.
 CogArrangement write_cog(const std::filesystem::path& path, const CogShape& shape);
 
 }  // namespace nadir::tiff::test

@@ -4,6 +4,7 @@
 #include <gdal_priv.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cstdlib>
 #include <cstring>
 #include <fstream>
@@ -64,15 +65,22 @@ void expect_gdal_reads(const std::string& path, const CogShape& shape) {
       ASSERT_EQ(band->GetXSize(), static_cast<int>(size.width));
       ASSERT_EQ(band->GetYSize(), static_cast<int>(size.height));
       const auto samples = samples_of(*band);
-      if (shape.mask) ASSERT_EQ(band->GetMaskFlags(), GMF_PER_DATASET) << "level " << level;
+      if (shape.mask) {
+        ASSERT_EQ(band->GetMaskFlags(), GMF_PER_DATASET) << "level " << level;
+      }
       const auto mask = shape.mask ? samples_of(*band->GetMaskBand()) : std::vector<double>(samples.size());
       for (std::uint32_t y = 0, i = 0; y < size.height; ++y)
         for (std::uint32_t x = 0; x < size.width; ++x, ++i) {
           const std::size_t tile = std::size_t{y / side} * ((size.width + side - 1) / side) + x / side;
           const bool empty = shape.empty && shape.empty(level, tile);
-          ASSERT_EQ(samples[i], empty ? 0 : expected_sample(shape, level, x, y, b))
+          const double expected = empty ? 0 : expected_sample(shape, level, x, y, b);
+          // GDAL before 3.7 knows no signed bytes
+          const bool as_unsigned = expected < 0 && band->GetRasterDataType() == GDT_Byte;
+          ASSERT_EQ(samples[i], as_unsigned ? expected + 256 : expected)
               << path << ", level " << level << ", band " << b << ", texel " << x << " " << y;
-          if (shape.mask) ASSERT_EQ(mask[i], !empty && expected_valid(level, x, y) ? 255 : 0);
+          if (shape.mask) {
+            ASSERT_EQ(mask[i], !empty && expected_valid(level, x, y) ? 255 : 0);
+          }
         }
     }
   }
@@ -149,6 +157,7 @@ TEST_F(Cog, TheLastOfFourBandsIsOpacityOnlyWhereItIsSaidToBe) {
 TEST_F(Cog, TilesThatHoldNothingTakeNoRoomAndReadAsNothing) {
   for (const bool mask : {false, true}) {
     CogShape shape{tile_format(64, 3, 8, Number::Unsigned), to_one_texel};
+    shape.format.photometric = Photometric::Rgb;
     shape.mask = mask;
     const auto full = write_cog(path("full.tif"), shape);
     shape.empty = [](std::size_t level, std::size_t tile) { return (level + tile) % 2 == 0; };  // the first one too
@@ -270,9 +279,11 @@ TEST_F(Cog, WhatBecomesKnownWhenTilesLieThereFitsIntoTheRoomLeftForIt) {
   const auto tight = write_cog(path("before.tif"), shape);
   shape.spare_bytes = 1000;
   const auto roomy = write_cog(path("roomy.tif"), shape);
-  EXPECT_GE(roomy.data_begin, tight.data_begin + 1000);
+  EXPECT_GE(roomy.data_begin + 15, tight.data_begin + 1000);  // both are rounded up to 16
   shape.late_fields = {metadata_field(900)};
   const auto late = write_cog(path("late.tif"), shape);
+  shape.late_fields = {metadata_field(1100)};
+  EXPECT_THROW(write_cog(path("beyond.tif"), shape), std::runtime_error);
   EXPECT_EQ(late.imagery, roomy.imagery);
   EXPECT_EQ(std::string(open(path("late.tif"))->GetMetadataItem("NOTE")), std::string(900, 'x'));
   expect_gdal_reads(path("late.tif"), shape);
@@ -303,7 +314,7 @@ TEST_F(Cog, AFileIsBigWhereFourGibibytesAreNotEnoughAndOnlyThere) {
   ASSERT_TRUE(arrangement.big);
   ASSERT_GT(arrangement.imagery[0].back(), std::uint64_t{1} << 32);
   {
-    const auto head = header(image, sizes, losses, arrangement);
+    const auto head = header(image, sizes, losses, arrangement).value();
     std::ofstream file(path("big.tif"), std::ios::binary);
     file.write(reinterpret_cast<const char*>(head.data()), static_cast<std::streamsize>(head.size()));
     const std::vector<double> last(1024 * 1024, 42.5);

@@ -67,8 +67,9 @@ Result<void> gather_tiles(const DiskFile& map, const tiff::CogArrangement& arran
 
 Result<void> write_frame(const DiskFile& map, const tiff::CogImage& image, const tiff::CogArrangement& arrangement,
                          const TileTable& table) {
-  const std::vector<std::byte> header = tiff::header(image, table.sizes(), table.losses(), arrangement);
-  if (const auto ok = map.write(0, header); !ok) return ok;
+  const auto header = tiff::header(image, table.sizes(), table.losses(), arrangement);
+  if (!header) return fail(header);
+  if (const auto ok = map.write(0, *header); !ok) return ok;
   for (std::size_t level = 0; level < arrangement.losses.size(); ++level)
     if (arrangement.losses[level] > 0)
       if (const auto ok = map.write(arrangement.losses[level], std::as_bytes(std::span(table.losses()[level]))); !ok)

@@ -1,7 +1,8 @@
 #include "nadir/tiff/cog.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
-#include <cassert>
 #include <cstring>
 #include <limits>
 #include <string>
@@ -192,7 +193,6 @@ class HeaderWriter {
   std::vector<std::byte> write(std::span<const TileSizes> sizes, std::span<const TileLosses> losses,
                                const CogArrangement& arrangement) {
     out_.resize(arrangement.data_begin);
-    assert(bytes_ <= out_.size() && "fields have grown beyond the spare bytes");
     put_signature();
     std::uint64_t tables = tables_begin_;
     for (std::size_t i = 0; i < directories_.size(); ++i) {
@@ -317,9 +317,15 @@ CogArrangement arrange(const CogImage& image, std::span<const TileSizes> sizes, 
   return arrange(image, sizes, losses, spare_bytes, /*big=*/true);
 }
 
-std::vector<std::byte> header(const CogImage& image, std::span<const TileSizes> sizes,
-                              std::span<const TileLosses> losses, const CogArrangement& arrangement) {
-  return HeaderWriter(image, losses, arrangement.big).write(sizes, losses, arrangement);
+Result<std::vector<std::byte>> header(const CogImage& image, std::span<const TileSizes> sizes,
+                                      std::span<const TileLosses> losses, const CogArrangement& arrangement) {
+  HeaderWriter writer(image, losses, arrangement.big);
+  if (writer.bytes() > arrangement.data_begin)
+    return fail(Error::Kind::OverBudget,
+                fmt::format("headers of {} bytes where tiles begin behind {}: fields have grown by more than the bytes "
+                            "that were left for them",
+                            writer.bytes(), arrangement.data_begin));
+  return writer.write(sizes, losses, arrangement);
 }
 
 }  // namespace nadir::tiff

@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "nadir/base/result.h"
 #include "nadir/tiff/directory.h"
 
 namespace nadir::tiff {
@@ -65,8 +66,9 @@ CogArrangement arrange(const CogImage& image, std::span<const TileSizes> sizes, 
                        std::uint64_t spare_bytes);
 
 /// All before data_begin: signature, notes for GDAL, directories, tables of tiles. Source of the layout: what GDAL's
-/// COG driver writes, which its validator and readers of byte ranges expect.
-std::vector<std::byte> header(const CogImage& image, std::span<const TileSizes> sizes,
-                              std::span<const TileLosses> losses, const CogArrangement& arrangement);
+/// COG driver writes, which its validator and readers of byte ranges expect. OverBudget where fields have grown by more
+/// than the spare bytes.
+Result<std::vector<std::byte>> header(const CogImage& image, std::span<const TileSizes> sizes,
+                                      std::span<const TileLosses> losses, const CogArrangement& arrangement);
 
 }  // namespace nadir::tiff
