@@ -158,6 +158,18 @@ Result<void> set_place(GDALDataset& file, const mosaic::Mosaic& mosaic) {
   return {};
 }
 
+/// Rational polynomial coefficients count texels of the raster that has them: they stay where all of it stays.
+void keep_rational_coefficients(GDALDataset& file, const mosaic::Mosaic& mosaic) {
+  const mosaic::Layer& layer = mosaic.layers().front();
+  const auto shift = layer.placement ? layer.placement->shift() : std::optional<std::array<std::int64_t, 2>>{{0, 0}};
+  if (mosaic.layers().size() != 1 || !shift || *shift != std::array<std::int64_t, 2>{0, 0} ||
+      layer.source->width() != mosaic.width() || layer.source->height() != mosaic.height())
+    return;
+  const auto source = gdal::open_raster(layer.source->label());
+  if (!source) return;  // a folder of tiles has no coefficients
+  if (char** coefficients = (*source)->GetMetadata("RPC")) file.SetMetadata(coefficients, "RPC");
+}
+
 void set_metadata(GDALDataset& file, const Design& design, const BuildOptions& options) {
   for (const auto& [key, value] : design.mosaic.sources().metadata) file.SetMetadataItem(key.c_str(), value.c_str());
   const auto set = [&](const char* key, std::string_view value) {
@@ -180,6 +192,7 @@ Result<void> write_template(const Design& design, const BuildOptions& options,
     return fail(Error::Kind::Io,
                 fmt::format("{}: its headers cannot be made: {}", options.output.string(), messages.last()));
   set_metadata(*file, design, options);
+  keep_rational_coefficients(*file, design.mosaic);
   if (const auto ok = set_place(*file, design.mosaic); !ok) return ok;
   const TexelType& type = design.mosaic.type();
   const auto& sources = design.mosaic.sources();

@@ -314,8 +314,8 @@ Result<Directory> TiffFile::read_directory(std::uint64_t place, std::uint64_t& n
   const bool whole_bytes = format.bits % 8 == 0;
   if (format.number == Number::Float && !(whole_bytes && format.bits >= 16))
     return unsupported(fmt::format("floats of {} bits", format.bits));
-  if (format.number != Number::Float && format.bits == 64) return unsupported("integers of 64 bits");
-  if (format.number == Number::Signed && format.bits != 8 && format.bits != 16 && format.bits != 32)
+  if (format.number == Number::Signed && format.bits != 8 && format.bits != 16 && format.bits != 32 &&
+      format.bits != 64)
     return unsupported(fmt::format("signed integers of {} bits", format.bits));
   if (format.predictor == Predictor::Horizontal && format.bits != 8 && format.bits != 16 && format.bits != 32 &&
       format.bits != 64)

@@ -223,7 +223,9 @@ Result<MapDescription> describe_tiff(const tiff::TiffFile& file) {
   const Directory& full = directories.front();
   if (full.reduced || full.mask) return unsupported(file, "its first directory is no full image");
   if (full.format.bits == 1) return unsupported(file, "samples of one bit");
-  if (tiff::decoded_sample(full.format) == Sample::I8) return unsupported(file, "signed bytes");
+  const Sample sample = tiff::decoded_sample(full.format);
+  if (sample == Sample::I8) return unsupported(file, "signed bytes");
+  if (sample == Sample::U64 || sample == Sample::I64) return unsupported(file, "integers of 64 bits");
 
   MapDescription map;
   map.path = file.source().name();
