@@ -38,6 +38,18 @@ TEST(CameraFile, ComesBackWithEveryDigit) {
   EXPECT_EQ(again.name(), camera.name());
 }
 
+TEST(CameraFile, LensesComeBackAsTheyWere) {
+  const test::TemporaryFolder folder;
+  const auto camera = Camera::from_yaml(
+      folder.write("c.yaml", replaced(ros_file, "data: [0, 0, 0, 0, 0]", "data: [-0.3, 0.1, 0.001, -0.002, 0.05]")));
+  ASSERT_TRUE(camera) << camera.error().message;
+  EXPECT_EQ(camera->lens().coefficients(), (std::vector<double>{-0.3, 0.1, 0.001, -0.002, 0.05}));
+  const auto again = Camera::from_yaml(folder.write("again.yaml", camera->to_yaml()));
+  ASSERT_TRUE(again) << again.error().message;
+  EXPECT_EQ(again->lens().coefficients(), camera->lens().coefficients());
+  EXPECT_EQ(again->lens().model(), LensModel::plumb_bob);
+}
+
 TEST(CameraFile, FaultsNameTheirLine) {
   const test::TemporaryFolder folder;
   const auto message = [&](const std::string& text) {
@@ -50,8 +62,11 @@ TEST(CameraFile, FaultsNameTheirLine) {
   EXPECT_NE(
       message(replaced(ros_file, "  data: [500.25, 0,", "  data: [500.25,")).find("expected 9 finite numbers, found 8"),
       std::string::npos);
-  EXPECT_NE(message(replaced(ros_file, "data: [0, 0, 0, 0, 0]", "data: [-0.3, 0, 0, 0, 0]"))
-                .find("c.yaml:9: 'distortion_coefficients': lens distortion is not modelled"),
+  EXPECT_NE(message(replaced(ros_file, "plumb_bob", "plumb_bop"))
+                .find("c.yaml:8: 'distortion_model': no distortion model 'plumb_bop'; did you mean 'plumb_bob'?"),
+            std::string::npos)
+      << message(replaced(ros_file, "plumb_bob", "plumb_bop"));
+  EXPECT_NE(message(replaced(ros_file, "plumb_bob", "equidistant")).find("at most 4 coefficients, found 5"),
             std::string::npos);
   EXPECT_NE(message(replaced(ros_file, "500.25, 0, 319.5", "-1, 0, 319.5")).find("positive focal lengths"),
             std::string::npos);

@@ -65,7 +65,7 @@ class Dataset(unittest.TestCase):
             self.assertEqual(optical[key], radar[key], key)
 
     def test_truth_holds_the_pose_that_was_asked_for(self):
-        self.assertEqual(spain(self.out / "a", "--plane-height", "100").returncode, 0)
+        self.assertEqual(spain(self.out / "a", "--ground-height", "100").returncode, 0)
         rows = list(csv.DictReader(line for line in (RUNS / "spain.csv").read_text().splitlines() if not line.startswith("#")))
         for row, record in zip(rows, records_of(self.out / "a")[::2]):
             for key in ("lat_deg", "lon_deg", "yaw_deg", "pitch_deg", "roll_deg"):
@@ -95,6 +95,24 @@ class Dataset(unittest.TestCase):
         self.assertEqual(done.returncode, 0, done.stderr)
         for name in ("contact_eo.png", "footprints_eo.png"):
             self.assertEqual((self.out / "a" / name).read_bytes()[:4], b"\x89PNG")
+
+    def test_a_lens_over_the_curved_earth(self):
+        camera = self.out / "wide.yaml"
+        camera.write_text((RUNS / "rgb.yaml").read_text().replace("[0, 0, 0, 0, 0]", "[-0.2, 0.05, 0.001, -0.001, 0]"))
+        for name, more in {"a": ["--threads", 1], "b": ["--threads", 3, "--no-pictures"]}.items():
+            done = nadir("render", "--map", MAPS / "naip_2010.tif", "--name", "eo", "--bands", "1,2,3", "--camera", camera, "--poses", RUNS / "naip.csv",
+                         "--surface", "ellipsoid", "--first", 2, "-o", self.out / name, "--explain", "--json", *more)
+            self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(frames_of(self.out / "a"), frames_of(self.out / "b"))
+        explanation = json.loads(done.stdout)["explain"]
+        self.assertTrue(any(" quadratics" in line for line in explanation["done"]), explanation)
+        self.assertFalse(any("undistortion" in line for line in explanation["left_out"]), explanation)
+        for record in records_of(self.out / "a"):
+            self.assertEqual(record["distortion_model"], "plumb_bob")
+            self.assertEqual(record["distortion"], [-0.2, 0.05, 0.001, -0.001, 0])
+            self.assertIsNone(record["map_pixel_from_image_pixel"], "no homography is exact")
+            self.assertGreater(record["valid_fraction"], 0.9)
+        self.assertTrue((self.out / "a" / "footprints_eo.png").is_file())
 
     def test_explain_says_what_was_left_out(self):
         done = spain(self.out / "a", "--explain", "--json")

@@ -4,6 +4,7 @@
 
 #include <Eigen/LU>
 #include <cmath>
+#include <random>
 
 namespace nadir::render {
 namespace {
@@ -24,10 +25,11 @@ ExactChain chain_of(const View& view, int width = 640, int height = 480, double 
                     Plane(origin, 0));
 }
 
-/// Greatest backward error at every pixel centre, and how many pixels each kind of patch has.
+/// Greatest backward error at every pixel centre, and how many pixels each kind of patch has. What is said to see no
+/// ground sees none.
 struct Outcome {
   double worst_px = 0;
-  std::array<std::int64_t, 4> pixels{};
+  std::array<std::int64_t, 5> pixels{};
 };
 
 Outcome check_every_pixel(const ExactChain& chain, const Projection& projection, const PatchMapping& mapping) {
@@ -35,19 +37,124 @@ Outcome check_every_pixel(const ExactChain& chain, const Projection& projection,
   for (const Patch& patch : mapping.patches) {
     outcome.pixels[static_cast<std::size_t>(patch.kind)] +=
         static_cast<std::int64_t>(patch.rect.width) * patch.rect.height;
-    if (patch.kind != Patch::Kind::Homography) continue;
+    if (patch.kind == Patch::Kind::PerPixel || patch.kind == Patch::Kind::OffMap) continue;
     std::vector<Eigen::Vector2d> image;
     for (int y = 0; y < patch.rect.height; ++y)
       for (int x = 0; x < patch.rect.width; ++x) image.emplace_back(patch.rect.x + x + 0.5, patch.rect.y + y + 0.5);
     std::vector<Eigen::Vector2d> crs(image.size());
     chain.crs_from_image(projection, image, crs);
     for (std::size_t i = 0; i < image.size(); ++i) {
+      if (patch.kind == Patch::Kind::NoGround) {
+        EXPECT_FALSE(crs[i].allFinite()) << image[i].transpose();
+        continue;
+      }
       const Eigen::Vector2d offset = image[i] - patch.corner();
-      const Eigen::Vector2d error = crs[i] - patch.crs_origin - apply(patch.crs_from_image, offset);
-      outcome.worst_px = std::max(outcome.worst_px, (jacobian(patch.crs_from_image, offset).inverse() * error).norm());
+      const bool h = patch.kind == Patch::Kind::Homography;
+      const Eigen::Vector2d value = h ? apply(patch.crs_from_image, offset) : patch.biquadratic(offset);
+      const Eigen::Matrix2d slope = h ? jacobian(patch.crs_from_image, offset) : patch.biquadratic.jacobian(offset);
+      const double error_px = (slope.inverse() * (crs[i] - patch.crs_origin - value)).norm();
+      outcome.worst_px = std::max(outcome.worst_px, std::isfinite(error_px) ? error_px : 1e9);
     }
   }
   return outcome;
+}
+
+std::vector<Lens> some_lenses() {
+  const std::vector<double> barrel = {-0.28, 0.07, 0.0008, -0.0005, 0}, pincushion = {0.2, 0.05, -0.001, 0.002, 0.01},
+                            rational = {0.3, 0.1, 0.0005, -0.0005, 0.01, 0.5, 0.2, 0.02},
+                            fisheye = {0.01, -0.003, 0.0005, 0};
+  return {Lens(), Lens::make(LensModel::plumb_bob, barrel).value(),
+          Lens::make(LensModel::plumb_bob, pincushion).value(),
+          Lens::make(LensModel::rational_polynomial, rational).value(),
+          Lens::make(LensModel::equidistant, fisheye).value()};
+}
+
+TEST(Patches, KeepTheToleranceThroughLensesAndOnTheCurvedEarth) {
+  constexpr int width = 128, height = 96;
+  constexpr double tolerance = 0.05;
+  double worst_px = 0;
+  std::array<std::int64_t, 5> kinds{};
+  for (const double height_m : {1.0, 100.0, 12e3, 400e3, 36e6})
+    for (const double pitch_deg : {0.0, 50.0, 87.0, 130.0})
+      for (const Lens& lens : some_lenses()) {
+        const Geodetic origin = Geodetic::degrees(47, 9, 0);
+        Geodetic place = origin;
+        place.height_m = height_m;
+        const Camera camera =
+            Camera::pinhole(width, height, 80, 80, width * 0.5, height * 0.5).value().with_lens(lens);
+        const auto pose = camera_pose(place, YawPitchRoll::degrees(30, pitch_deg, 10));
+        for (const Surface& surface : {Surface(Plane(origin, 0)), Surface(Ellipsoid(origin, 0))}) {
+          const ExactChain chain(camera, pose, surface);
+          const auto projection = Projection::from_definition("EPSG:4326").value();
+          const PatchMapping mapping = map_patches(chain, projection, tolerance, {});
+          const Outcome outcome = check_every_pixel(chain, projection, mapping);
+          EXPECT_LE(outcome.worst_px, tolerance) << height_m << " m, pitch " << pitch_deg;
+          worst_px = std::max(worst_px, outcome.worst_px);
+          std::int64_t total = 0;
+          for (std::size_t k = 0; k < kinds.size(); ++k) {
+            kinds[k] += outcome.pixels[k];
+            total += outcome.pixels[k];
+          }
+          EXPECT_EQ(total, width * height);
+        }
+      }
+  EXPECT_GT(worst_px, 0.3 * tolerance) << "these views no longer exercise the bound";
+  for (const auto kind :
+       {Patch::Kind::Homography, Patch::Kind::Biquadratic, Patch::Kind::PerPixel, Patch::Kind::NoGround})
+    EXPECT_GT(kinds[static_cast<std::size_t>(kind)], 0) << static_cast<int>(kind);
+}
+
+TEST(Look, IsRightWhereItIsCertain) {
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> unit(0, 1);
+  std::array<int, 3> found{};
+  for (const Lens& lens : some_lenses())
+    for (const double height_m : {2.0, 900.0, 400e3, 36e6})
+      for (int i = 0; i < 60; ++i) {
+        const Geodetic origin = Geodetic::degrees(-20, 170, 0);
+        Geodetic place = origin;
+        place.height_m = height_m;
+        const auto pose =
+            camera_pose(place, YawPitchRoll::degrees(360 * unit(random), 180 * unit(random), 20 * unit(random)));
+        const Camera camera = Camera::pinhole(400, 300, 200, 200, 200, 150).value().with_lens(lens);
+        for (const Surface& surface : {Surface(Plane(origin, 0)), Surface(Ellipsoid(origin, 0))}) {
+          const ExactChain chain(camera, pose, surface);
+          const Eigen::Vector2d corner(300 * unit(random), 200 * unit(random)),
+              size(1 + 99 * unit(random), 1 + 99 * unit(random));
+          const Sight sight = chain.look({corner, corner + size});
+          ++found[static_cast<std::size_t>(sight)];
+          if (sight == Sight::Some) continue;
+          for (int k = 0; k < 100; ++k) {
+            const Eigen::Vector2d at = corner + size.cwiseProduct(Eigen::Vector2d(unit(random), unit(random)));
+            EXPECT_EQ(chain.enu_from_image(at).has_value(), sight == Sight::All)
+                << at.transpose() << " through " << to_string(lens.model()) << " from " << height_m << " m";
+          }
+        }
+      }
+  for (const int n : found) EXPECT_GT(n, 50);
+}
+
+TEST(GroundExtent, OfTheCurvedEarthHoldsTheMapAndLeavesOutWhatIsFar) {
+  const Geodetic origin = Geodetic::degrees(10, 179.9, 0);
+  const Surface earth = Ellipsoid(origin, 0);
+  auto projection = Projection::from_definition("EPSG:4326").value();
+  projection.wrap_around(180);
+  // Across the antimeridian: 179.5 to 180.5 degrees
+  Eigen::Affine2d crs_from_texel = Eigen::Affine2d::Identity();
+  crs_from_texel.matrix() << 0.01, 0, 179.5, 0, -0.01, 10.5, 0, 0, 1;
+  const GroundExtent extent = ground_extent(earth, projection, crs_from_texel, 100, 100);
+  ASSERT_TRUE(extent.bounded);
+  EXPECT_LT(extent.radius_rad, 0.014);
+  EXPECT_GT(extent.radius_rad, 0.012);
+  const auto kinds_seen_from = [&](double lon_deg) {
+    const auto pose = camera_pose(Geodetic::degrees(10, lon_deg, 5000), YawPitchRoll::degrees(0, 0, 0));
+    const ExactChain chain(Camera::pinhole(200, 200, 200, 200, 100, 100).value(), pose, earth);
+    return map_patches(chain, projection, 0.05, {extent}).patches.front().kind;
+  };
+  EXPECT_NE(kinds_seen_from(-179.6), Patch::Kind::OffMap);
+  EXPECT_NE(kinds_seen_from(179.6), Patch::Kind::OffMap);
+  EXPECT_EQ(kinds_seen_from(178), Patch::Kind::OffMap);
+  EXPECT_EQ(kinds_seen_from(-178), Patch::Kind::OffMap);
 }
 
 TEST(Patches, KeepTheToleranceAtEveryPixel) {
@@ -87,7 +194,7 @@ TEST(Patches, TheHorizonSplitsGroundFromSkyAtTheRightPixel) {
   for (const Patch& patch : mapping.patches) {
     if (patch.kind == Patch::Kind::NoGround) {
       EXPECT_LE(patch.rect.y + patch.rect.height, 248) << "within a smallest patch of row 240";
-    } else if (patch.kind == Patch::Kind::Homography) {
+    } else if (patch.kind == Patch::Kind::Homography || patch.kind == Patch::Kind::Biquadratic) {
       EXPECT_GE(patch.rect.y, 240);
     } else {
       ASSERT_EQ(patch.kind, Patch::Kind::PerPixel);
@@ -113,12 +220,15 @@ TEST(Patches, ACameraBelowThePlaneOrLookingUpSeesNoGround) {
 TEST(Patches, WhatSeesNoMapIsNotMapped) {
   const auto projection = Projection::from_definition("EPSG:32614").value();
   const ExactChain chain = chain_of({"", 47, -99, 300, 0, 0, 0});
-  const PlaneExtent far{Eigen::AlignedBox2d(Eigen::Vector2d(5000, 5000), Eigen::Vector2d(6000, 6000)), true};
-  const PlaneExtent near{Eigen::AlignedBox2d(Eigen::Vector2d(-10, -10), Eigen::Vector2d(10, 10)), true};
+  GroundExtent everywhere, far;
+  everywhere.bounded = false;
+  far.box = Eigen::AlignedBox2d(Eigen::Vector2d(5000, 5000), Eigen::Vector2d(6000, 6000));
+  GroundExtent near;
+  near.box = Eigen::AlignedBox2d(Eigen::Vector2d(-10, -10), Eigen::Vector2d(10, 10));
   EXPECT_EQ(map_patches(chain, projection, 0.05, {far}).patches.at(0).kind, Patch::Kind::OffMap);
   EXPECT_EQ(map_patches(chain, projection, 0.05, {far}).exact_points, 0);
   EXPECT_EQ(map_patches(chain, projection, 0.05, {far, near}).patches.at(0).kind, Patch::Kind::Homography);
-  EXPECT_EQ(map_patches(chain, projection, 0.05, {far, {{}, false}}).patches.at(0).kind, Patch::Kind::Homography)
+  EXPECT_EQ(map_patches(chain, projection, 0.05, {far, everywhere}).patches.at(0).kind, Patch::Kind::Homography)
       << "an extent without bound is never left out";
 }
 
@@ -135,17 +245,17 @@ TEST(Patches, AcrossTheAntimeridianAPatchNeverSpansTheWorld) {
     }
 }
 
-TEST(PlaneExtent, HoldsTheMap) {
+TEST(GroundExtent, HoldsTheMap) {
   const Plane plane(Geodetic::degrees(47, -99, 0), 0);
   const auto projection = Projection::from_definition("EPSG:4326").value();
   const Eigen::Affine2d crs_from_texel = Eigen::Translation2d(-99.1, 47.1) * Eigen::Scaling(0.001, -0.001);
-  const PlaneExtent extent = plane_extent(plane, projection, crs_from_texel, 200, 200);
+  const GroundExtent extent = ground_extent(plane, projection, crs_from_texel, 200, 200);
   ASSERT_TRUE(extent.bounded);
   // 0.1 degrees: 7.6 km east, 11.1 km north at this latitude
   EXPECT_NEAR(extent.box.max().x(), 7600, 250);
   EXPECT_NEAR(extent.box.min().y(), -11120, 350);
-  EXPECT_FALSE(plane_extent(plane, projection,
-                            Eigen::Translation2d(-180, 90) * Eigen::Affine2d(Eigen::Scaling(1.0, -1.0)), 360, 180)
+  EXPECT_FALSE(ground_extent(plane, projection,
+                             Eigen::Translation2d(-180, 90) * Eigen::Affine2d(Eigen::Scaling(1.0, -1.0)), 360, 180)
                    .bounded)
       << "no plane reaches around the world";
 }

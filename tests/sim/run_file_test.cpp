@@ -259,7 +259,7 @@ TEST_F(RunFileText, ValuesThatCannotBeAreRefused) {
   EXPECT_NE(said("geometry_tolerance_px: 0.2", "geometry_tolerance_px: 2").find("expected at most 1"),
             std::string::npos);
   EXPECT_NE(said("ground: 15 msl", "ground: 15 agl").find("it is the ground"), std::string::npos);
-  EXPECT_NE(said("surface: plane", "surface: terrain").find("expected plane"), std::string::npos);
+  EXPECT_NE(said("surface: plane", "surface: terrain").find("no surface 'terrain'"), std::string::npos);
   EXPECT_NE(said("earth: flat", "earth: disc").find("expected wgs84 or flat, found 'disc'"), std::string::npos);
   EXPECT_NE(said("telemetry: none", "telemetry: bag").find("expected csv or none, found 'bag'"), std::string::npos);
   EXPECT_NE(said("duration_s: 60.000000001", "duration_s: 1e2").find("'duration_s'"), std::string::npos);

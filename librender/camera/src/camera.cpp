@@ -24,6 +24,22 @@ Result<Camera> Camera::pinhole(int width_px, int height_px, double fx_px, double
   return camera;
 }
 
+Camera Camera::with_lens(Lens lens) const {
+  Camera camera = *this;
+  camera.lens_ = std::move(lens);
+  return camera;
+}
+
+std::optional<Eigen::Vector3d> Camera::ray_of(const Eigen::Vector2d& image) const {
+  return lens_.ray_of((image - principal_point_px_).cwiseQuotient(focal_px_));
+}
+
+std::optional<Eigen::Vector2d> Camera::image_of(const Eigen::Vector3d& ray) const {
+  const auto point = lens_.image_of(ray);
+  if (!point) return std::nullopt;
+  return Eigen::Vector2d(point->cwiseProduct(focal_px_) + principal_point_px_);
+}
+
 Eigen::Matrix3d Camera::ray_from_image() const {
   Eigen::Matrix3d m;
   m << 1 / focal_px_.x(), 0, -principal_point_px_.x() / focal_px_.x(),  //

@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <vector>
@@ -27,16 +28,28 @@ std::vector<double> read_matrix(const YamlMap& file, const char* key, std::optio
   return *data;
 }
 
-/// Notes what a pinhole cannot do.
-void refuse_other_lenses(const YamlMap& file) {
-  file.text("distortion_model");
-  const std::vector<double> distortion = read_matrix(file, "distortion_coefficients", std::nullopt);
-  if (std::any_of(distortion.begin(), distortion.end(), [](double v) { return v != 0; }))
-    file.fault("distortion_coefficients", "lens distortion is not modelled: rectify, and set the coefficients to 0");
+/// The lens; empty, with a fault noted, where the file tells none.
+std::optional<Lens> read_lens(const YamlMap& file) {
+  const std::string name = file.text("distortion_model").value_or("plumb_bob");
+  const std::vector<double> coefficients = read_matrix(file, "distortion_coefficients", std::nullopt);
+  const auto model = parse_lens_model(name);
+  if (!model) {
+    file.fault("distortion_model", model.error().message);
+    return std::nullopt;
+  }
+  auto lens = Lens::make(*model, coefficients);
+  if (!lens) {
+    file.fault("distortion_coefficients", lens.error().message);
+    return std::nullopt;
+  }
+  return std::move(*lens);
+}
+
+void refuse_rectification(const YamlMap& file) {
   const std::vector<double> rectification = read_matrix(file, "rectification_matrix", 9);
   if (!rectification.empty() && rectification != std::vector<double>{1, 0, 0, 0, 1, 0, 0, 0, 1})
     file.fault("rectification_matrix", "expected the identity: the cameras of a stereo rig are two cameras");
-  read_matrix(file, "projection_matrix", 12);  // of the rectified image, which is this one
+  read_matrix(file, "projection_matrix", 12);  // of the rectified image, which is not made here
 }
 
 }  // namespace
@@ -52,14 +65,15 @@ Result<Camera> Camera::from_yaml(const std::filesystem::path& path) {
   const std::vector<double> k = read_matrix(*file, "camera_matrix", 9);
   if (!k.empty() && (k[1] != 0 || k[3] != 0 || k[6] != 0 || k[7] != 0 || k[8] != 1))
     file->fault("camera_matrix", "expected [fx, 0, cx, 0, fy, cy, 0, 0, 1]");
-  refuse_other_lenses(*file);
+  std::optional<Lens> lens = read_lens(*file);
+  refuse_rectification(*file);
   if (auto ok = file->finish(); !ok) return fail(ok);
 
   const auto as_int = [](std::int64_t value) { return static_cast<int>(std::clamp<std::int64_t>(value, 0, 1 << 20)); };
   auto camera = Camera::pinhole(as_int(*width), as_int(*height), k[0], k[4], k[2] + 0.5, k[5] + 0.5);
   if (!camera) return fail(camera.error().kind, fmt::format("{}: {}", path.string(), camera.error().message));
   camera->set_name(name);
-  return camera;
+  return camera->with_lens(std::move(*lens));
 }
 
 std::string Camera::to_yaml() const {
@@ -67,12 +81,12 @@ std::string Camera::to_yaml() const {
   return fmt::format(
       "image_width: {}\nimage_height: {}\ncamera_name: {}\n"
       "camera_matrix:\n  rows: 3\n  cols: 3\n  data: [{}, 0, {}, 0, {}, {}, 0, 0, 1]\n"
-      "distortion_model: plumb_bob\n"
-      "distortion_coefficients:\n  rows: 1\n  cols: 5\n  data: [0, 0, 0, 0, 0]\n"
+      "distortion_model: {}\n"
+      "distortion_coefficients:\n  rows: 1\n  cols: {}\n  data: [{}]\n"
       "rectification_matrix:\n  rows: 3\n  cols: 3\n  data: [1, 0, 0, 0, 1, 0, 0, 0, 1]\n"
       "projection_matrix:\n  rows: 3\n  cols: 4\n  data: [{}, 0, {}, 0, 0, {}, {}, 0, 0, 0, 1, 0]\n",
-      width_px_, height_px_, yaml_quoted(name_), k(0, 0), k(0, 2), k(1, 1), k(1, 2), k(0, 0), k(0, 2), k(1, 1),
-      k(1, 2));
+      width_px_, height_px_, yaml_quoted(name_), k(0, 0), k(0, 2), k(1, 1), k(1, 2), to_string(lens_.model()),
+      lens_.coefficients().size(), fmt::join(lens_.coefficients(), ", "), k(0, 0), k(0, 2), k(1, 1), k(1, 2));
 }
 
 }  // namespace nadir::render

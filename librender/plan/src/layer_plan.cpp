@@ -38,6 +38,7 @@ class LayerPlanner {
         add_per_pixel(patch);
         break;
       case Patch::Kind::Homography:
+      case Patch::Kind::Biquadratic:
         cut(patch, patch.rect);
         break;
     }
@@ -55,7 +56,8 @@ class LayerPlanner {
       const int next_y = std::min(rect.y + rect.height, (y / block_px + 1) * block_px);
       for (int x = rect.x; x < rect.x + rect.width;) {
         const int next_x = std::min(rect.x + rect.width, (x / block_px + 1) * block_px);
-        add_homography(patch, {x, y, next_x - x, next_y - y});
+        const PixelRect block{x, y, next_x - x, next_y - y};
+        patch.kind == Patch::Kind::Homography ? add_homography(patch, block) : add_biquadratic(patch, block);
         x = next_x;
       }
       y = next_y;
@@ -83,6 +85,36 @@ class LayerPlanner {
     if (place(block, bounds)) return;
 
     for (const PixelRect& half : halves(rect)) add_homography(patch, half);
+  }
+
+  void add_biquadratic(const Patch& patch, const PixelRect& rect) {
+    PlannedBlock block;
+    block.rect = rect;
+    BlockSampling& s = block.sampling;
+
+    // A part of quadratics is quadratics: through nine of its own points, composed with CRS -> texel.
+    const Eigen::Vector2d corner = Eigen::Vector2d(rect.x, rect.y) - patch.corner();
+    const double w = rect.width, h = rect.height;
+    const Eigen::Vector2d origin = patch.biquadratic(corner);
+    std::array<Eigen::Vector2d, 9> texels;
+    for (int i = 0; i < 9; ++i)
+      texels[static_cast<std::size_t>(i)] =
+          map_.texel_from_crs().linear() *
+          (patch.biquadratic(corner + Eigen::Vector2d(w * (i % 3) / 2, h * (i / 3) / 2)) - origin);
+    s.biquadratic.emplace(w, h, texels);
+    s.texel_origin = map_.texel_from_crs() * (patch.crs_origin + origin);
+
+    // Between lattice points a quadratic leaves their bounds by an eighth of its second difference at most
+    Eigen::AlignedBox2d bounds;
+    for (const auto& texel : texels) bounds.extend(s.texel_origin + texel);
+    const Eigen::Vector2d bulge = bounds.sizes() / 4;
+    bounds.min() -= bulge;
+    bounds.max() += bulge;
+    const std::array<Eigen::Vector2d, 4> corners = {Eigen::Vector2d(0, 0), {w, 0}, {w, h}, {0, h}};
+    for (std::size_t i = 0; i < 4; ++i) choose_level(block, i, s.biquadratic->jacobian(corners[i]));
+    if (place(block, bounds)) return;
+
+    for (const PixelRect& half : halves(rect)) add_biquadratic(patch, half);
   }
 
   void add_per_pixel(const Patch& patch) {

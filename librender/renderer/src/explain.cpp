@@ -6,16 +6,19 @@ namespace nadir::render {
 namespace {
 
 std::string describe_mapping(const PatchMapping& mapping) {
-  std::int64_t homographies = 0, per_pixel = 0;
+  std::int64_t homographies = 0, quadratics = 0, per_pixel = 0;
   for (const Patch& patch : mapping.patches) {
     homographies += patch.kind == Patch::Kind::Homography;
+    quadratics += patch.kind == Patch::Kind::Biquadratic;
     per_pixel += patch.kind == Patch::Kind::PerPixel;
   }
   if (mapping.patches.size() == 1 && homographies == 1)
     return fmt::format("one homography, off by {:.2g} px where checked (tolerance {} px)", mapping.error_px,
                        mapping.tolerance_px);
-  return fmt::format("{} homographies and {} patches by pixel, off by {:.2g} px where checked (tolerance {} px)",
-                     homographies, per_pixel, mapping.error_px, mapping.tolerance_px);
+  return fmt::format(
+      "{} homographies, {} quadratics and {} patches by pixel, off by {:.2g} px where checked (tolerance "
+      "{} px)",
+      homographies, quadratics, per_pixel, mapping.error_px, mapping.tolerance_px);
 }
 
 }  // namespace
@@ -55,13 +58,14 @@ void explain_layer(const Layer& layer, const PatchMapping& mapping, bool mapping
                         100 * static_cast<double>(plan.pixels_off_map) / pixels));
 }
 
-void explain_frame(const Scene& scene, const FrameCounters& counters, Explanation& explanation) {
+void explain_frame(const Scene& scene, const Camera& camera, const FrameCounters& counters, Explanation& explanation) {
   explanation.done.push_back(fmt::format(
       "frame: {} layers, {} exact points, {} points through the projection library, {} of {} cells read, {} passes",
       scene.layers().size(), counters.exact_points, counters.projection_points, counters.cells_loaded, counters.cells,
       counters.passes));
-  explanation.left_out.push_back("terrain: the surface is a plane");
-  explanation.left_out.push_back("lens undistortion: the camera is an ideal pinhole");
+  explanation.left_out.push_back(scene.surface().plane() ? "the Earth's curvature and terrain: the surface is a plane"
+                                                         : "terrain: the surface is an ellipsoid");
+  if (camera.lens().ideal()) explanation.left_out.push_back("lens undistortion: the camera is an ideal pinhole");
   if (counters.cells > 0 && counters.cells_loaded == 0)
     explanation.left_out.push_back("reading: all cells were in the cache");
 }

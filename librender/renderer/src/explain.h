@@ -11,6 +11,6 @@ void explain_layer(const Layer& layer, const PatchMapping& mapping, bool mapping
                    const FrameLayer& frame, Explanation& explanation);
 
 /// Says the same of what all layers share.
-void explain_frame(const Scene& scene, const FrameCounters& counters, Explanation& explanation);
+void explain_frame(const Scene& scene, const Camera& camera, const FrameCounters& counters, Explanation& explanation);
 
 }  // namespace nadir::render

@@ -82,7 +82,7 @@ SharedMappings share_mappings(const Scene& scene, const ExactChain& chain, doubl
     return scene.layers()[i].source->map().projection();
   };
   for (std::size_t i = 0; i < scene.layers().size(); ++i) {
-    std::vector<PlaneExtent> extents;
+    std::vector<GroundExtent> extents;
     std::size_t first = i;
     for (std::size_t k = 0; k < scene.layers().size(); ++k) {
       if (!(projection_of(k) == projection_of(i))) continue;
@@ -250,7 +250,7 @@ Result<Frame> Renderer::render(const Scene& scene, const Camera& camera, const C
     if (options.explain)
       explain_layer(scene.layers()[i], shared.of(i), !shared.is_first(i), plans[i], out, frame.explanation_);
   }
-  if (options.explain) explain_frame(scene, frame.counters_, frame.explanation_);
+  if (options.explain) explain_frame(scene, camera, frame.counters_, frame.explanation_);
   const double render_ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
   for (FrameLayer& layer : frame.layers_) layer.truth.render_ms = render_ms;
   return frame;

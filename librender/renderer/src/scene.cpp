@@ -30,6 +30,8 @@ Scene Scene::plane(const geodesy::Geodetic& origin, const PlaneOptions& options)
   return Scene(Plane(origin, options.height_m));
 }
 
+Scene Scene::ellipsoid(const geodesy::Geodetic& origin, double height_m) { return Scene(Ellipsoid(origin, height_m)); }
+
 Scene Scene::with_layer(std::string name, const tile::Map& map, LayerOptions options) const {
   Scene scene = *this;
   if (scene.problem_) return scene;
@@ -47,8 +49,8 @@ Scene Scene::with_layer(std::string name, const tile::Map& map, LayerOptions opt
     if (!source) return fail(source);
     if (auto ok = refuse_palette(map, options, (*source)->bands()); !ok) return ok;
     if (auto ok = check_output(name, options.output); !ok) return ok;
-    const PlaneExtent extent =
-        plane_extent(surface_, map.projection(), map.crs_from_texel(), map.width(), map.height());
+    const GroundExtent extent =
+        ground_extent(surface_, map.projection(), map.crs_from_texel(), map.width(), map.height());
     scene.layers_.push_back({std::move(name), std::move(options), std::move(*source), extent});
     return {};
   };

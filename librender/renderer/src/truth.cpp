@@ -1,5 +1,6 @@
 #include "nadir/render/truth.h"
 
+#include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
@@ -48,6 +49,23 @@ void add_homographies(const ExactChain& chain, const tile::Map& map, Truth& trut
   truth.homography_max_error_px = error_px;
 }
 
+/// Side of a square of the area that a pixel at an image point covers; empty where that sees no ground.
+std::optional<double> ground_sample_distance_m(const ExactChain& chain, const Eigen::Vector2d& image) {
+  if (chain.flat()) {
+    if (!(chain.visibility(image) > 0)) return std::nullopt;
+    return std::sqrt(std::abs(jacobian(chain.plane_from_image(), image).determinant()));
+  }
+  // Central differences: the error is a third derivative's, below 1e-6 of it a pixel
+  std::array<std::optional<Eigen::Vector3d>, 4> at;
+  constexpr double half = 0.5;
+  const std::array<Eigen::Vector2d, 4> steps = {Eigen::Vector2d(-half, 0), {half, 0}, {0, -half}, {0, half}};
+  for (std::size_t i = 0; i < 4; ++i) {
+    at[i] = chain.enu_from_image(image + steps[i]);
+    if (!at[i]) return std::nullopt;
+  }
+  return std::sqrt((*at[1] - *at[0]).cross(*at[3] - *at[2]).norm());
+}
+
 }  // namespace
 
 Truth geometric_truth(const ExactChain& chain, const tile::Map& map) {
@@ -59,10 +77,11 @@ Truth geometric_truth(const ExactChain& chain, const tile::Map& map) {
                                             chain.ecef_from_camera().rotation *
                                             mount_from_camera().quaternion.conjugate();
   truth.attitude = yaw_pitch_roll_from(ned_from_mount);
-  truth.height_agl_m = chain.height_above_plane_m();
+  truth.height_agl_m = chain.height_above_ground_m();
   truth.width = chain.camera().width_px();
   truth.height = chain.camera().height_px();
   truth.camera_matrix = chain.camera().ros_camera_matrix();
+  truth.lens = chain.camera().lens();
   truth.map_path = map.description().path;
   truth.map_crs = map.projection().name();
   truth.map_acquired = map.description().acquired;
@@ -74,12 +93,12 @@ Truth geometric_truth(const ExactChain& chain, const tile::Map& map) {
     truth.footprint_texel[i] = map.texel_from_crs() * truth.footprint.corners[i]->crs;
     truth.footprint_uv[i] = truth.footprint_texel[i]->cwiseQuotient(Eigen::Vector2d(map.width(), map.height()));
   }
-  add_homographies(chain, map, truth);
+  if (chain.surface().plane()) add_homographies(chain, map, truth);
 
   const Eigen::Vector2d middle(truth.width * 0.5, truth.height * 0.5);
-  if (chain.visibility(middle) > 0) {
-    truth.image_gsd_m = std::sqrt(std::abs(jacobian(chain.plane_from_image(), middle).determinant()));
-    truth.magnification = truth.map_gsd_m / *truth.image_gsd_m;
+  if (const auto gsd_m = ground_sample_distance_m(chain, middle)) {
+    truth.image_gsd_m = *gsd_m;
+    truth.magnification = truth.map_gsd_m / *gsd_m;
   }
   return truth;
 }

@@ -77,7 +77,12 @@ class BlockSampler {
     double u = 0, v = 0;
     Eigen::Matrix2d jacobian;
     const bool several = block_.samples_x * block_.samples_y > 1;
-    if (block_.texels.empty()) {
+    if (block_.biquadratic) {
+      const Eigen::Vector2d at(x + 0.5, y + 0.5), texel = block_.texel_origin + (*block_.biquadratic)(at);
+      u = texel.x();
+      v = texel.y();
+      if (several) jacobian = block_.biquadratic->jacobian(at);
+    } else if (block_.texels.empty()) {
       const Eigen::Matrix3d& h = block_.texel_from_image;
       const double px = x + 0.5, py = y + 0.5;
       const double over_w = 1 / (h(2, 0) * px + h(2, 1) * py + h(2, 2));

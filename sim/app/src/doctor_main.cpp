@@ -66,8 +66,7 @@ class Doctor {
     note(Finding::Kind::Good, fmt::format("{}: datum {}{}", name, map.projection().datum(),
                                           map.projection().uses_library() ? ", related to WGS-84 by PROJ" : ""));
     if (!map.projection().uses_library())
-      note(Finding::Kind::Good,
-           fmt::format("{}: its CRS has a closed form: no projection library is loaded", name));
+      note(Finding::Kind::Good, fmt::format("{}: its CRS has a closed form: no projection library is loaded", name));
     if (d.licence.empty())
       note(Finding::Kind::Note,
            fmt::format("{}: the file states no licence: check that you may use what you make of it", name));
@@ -180,9 +179,9 @@ Result<void> run(const std::string& path, const std::string& cache, bool json) {
   if (const auto geoid_m = geodesy::geoid_height_m(origin.lat_rad, origin.lon_rad))
     datum = fmt::format("{:.1f} m above the {} geoid", run->ground().height_m() - *geoid_m, geodesy::geoid_name);
   doctor.note(Finding::Kind::Good,
-              fmt::format("ground: a plane {:.1f} m above the WGS-84 ellipsoid, {}, level at {:.6f}, {:.6f}",
-                          run->ground().height_m(), datum, geodesy::to_degrees(origin.lat_rad),
-                          geodesy::to_degrees(origin.lon_rad)));
+              fmt::format("ground: {} {:.1f} m above the WGS-84 ellipsoid, {}, at {:.6f}, {:.6f}",
+                          run->ground().plane() ? "a plane" : "the curved Earth", run->ground().height_m(), datum,
+                          geodesy::to_degrees(origin.lat_rad), geodesy::to_degrees(origin.lon_rad)));
 
   constexpr std::size_t looked_at = 6;
   render::Renderer renderer({.cache_bytes = *cache_bytes});

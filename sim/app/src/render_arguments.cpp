@@ -98,9 +98,12 @@ void add_render_options(CLI::App& app, RenderArguments& a) {
                  "x_m,y_m,z_m,yaw_deg,pitch_deg,roll_deg of the camera on the vehicle (looking down, top to the nose)")
       ->group("View");
   app.add_option("--origin", a.origin,
-                 "lat,lon,height of the scene origin in degrees and metres (first map's centre at plane height)")
+                 "lat,lon,height of the scene origin in degrees and metres (first map's centre at ground height)")
       ->group("View");
-  app.add_option("--plane-height", a.plane_height, "height of the ground: metres above the ellipsoid, or '12 msl'")
+  app.add_option("--surface", a.surface, "plane: tangent at the origin; or ellipsoid: the curved Earth")
+      ->capture_default_str()
+      ->group("View");
+  app.add_option("--ground-height", a.ground_height, "of the surface: metres above the ellipsoid, or '12 msl'")
       ->capture_default_str()
       ->group("View");
 
@@ -150,11 +153,13 @@ Result<render::Scene> make_scene(const RenderArguments& arguments) {
     if (!map) return fail(map);
     maps.push_back(std::move(*map));
   }
-  const auto typed = geodesy::parse_height(arguments.plane_height);
-  if (!typed) return fail(typed.error().kind, "--plane-height: " + typed.error().message);
+  const auto shape = sim::parse_surface_shape(arguments.surface);
+  if (!shape) return fail(shape.error().kind, "--surface: " + shape.error().message);
+  const auto typed = geodesy::parse_height(arguments.ground_height);
+  if (!typed) return fail(typed.error().kind, "--ground-height: " + typed.error().message);
   if (typed->datum == geodesy::HeightDatum::Agl)
     return fail(Error::Kind::Malformed,
-                "--plane-height: expected a height above the ellipsoid or msl: it is the ground");
+                "--ground-height: expected a height above the ellipsoid or msl: it is the ground");
 
   std::optional<sim::OriginSetup> origin;
   if (!arguments.origin.empty()) {
@@ -162,10 +167,10 @@ Result<render::Scene> make_scene(const RenderArguments& arguments) {
     if (!parsed) return fail(parsed);
     origin = *parsed;
   }
-  const auto ground = sim::ground_plane(origin, *typed, maps.front());
+  const auto ground = sim::ground_surface(*shape, origin, *typed, maps.front());
   if (!ground) return fail(ground);
 
-  render::Scene scene = render::Scene::plane(*ground);
+  render::Scene scene = render::Scene::over(*ground);
   for (std::size_t i = 0; i < maps.size(); ++i) {
     const MapArguments& m = arguments.maps[i];
     auto options = layer_options(m, maps[i]);

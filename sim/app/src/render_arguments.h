@@ -18,7 +18,7 @@ struct MapArguments {
 struct RenderArguments {
   std::vector<MapArguments> maps;
   std::string camera, poses, folder;
-  std::string origin, plane_height = "0", mount;
+  std::string origin, surface = "plane", ground_height = "0", mount;
   std::string quality = "balanced", filter, off_map = "mask";
   double geometry_tolerance_px = 0.05, fill_value = 0;
   std::string cache = "256MiB", vehicle = "vehicle";
@@ -33,7 +33,7 @@ void add_render_options(CLI::App& app, RenderArguments& arguments);
 /// Layers, vehicles and cameras name files of the dataset; `what` is for the message where `name` cannot.
 Result<void> check_names_a_file(std::string_view what, std::string_view name);
 
-/// The scene of the maps on a plane: opened, placed, checked.
+/// The scene of the maps on the ground: opened, placed, checked.
 Result<render::Scene> make_scene(const RenderArguments& arguments);
 Result<render::Mount> make_mount(const RenderArguments& arguments);
 Result<render::RenderOptions> make_render_options(const RenderArguments& arguments);

@@ -133,14 +133,14 @@ class RecordedPoses final : public PoseSource {
 };
 
 /// Height above the tangent plane at the scene origin of a typed height. `msl` and `ellipsoid` are taken at the origin.
-Result<double> height_in_scene_m(const TypedHeight& height, const render::Plane& ground) {
+Result<double> height_in_scene_m(const TypedHeight& height, const render::Surface& ground) {
   const Geodetic& origin = ground.frame().origin();
   const auto ellipsoidal_m = ellipsoidal_height_m(height, origin.lat_rad, origin.lon_rad, ground.height_m());
   if (!ellipsoidal_m) return ellipsoidal_m;
   return *ellipsoidal_m - origin.height_m;
 }
 
-Result<Waypoint> in_scene(const WaypointSetup& setup, const render::Plane& ground) {
+Result<Waypoint> in_scene(const WaypointSetup& setup, const render::Surface& ground) {
   const auto height_m = height_in_scene_m(setup.height, ground);
   if (!height_m) return fail(height_m);
   return Waypoint{setup.north_m, setup.east_m, *height_m};
@@ -149,7 +149,7 @@ Result<Waypoint> in_scene(const WaypointSetup& setup, const render::Plane& groun
 }  // namespace
 
 Result<std::unique_ptr<PoseSource>> make_flight(const RunFile& run, const VehicleSetup& setup,
-                                                const render::Plane& ground) {
+                                                const render::Surface& ground) {
   const FixedWing vehicle = aerosonde();
   const auto start = in_scene(setup.start, ground);
   if (!start) return fail(start);
@@ -195,7 +195,7 @@ Result<std::unique_ptr<PoseSource>> make_flight(const RunFile& run, const Vehicl
 }
 
 Result<std::unique_ptr<PoseSource>> make_recorded_poses(const RunFile& run, const VehicleSetup& setup,
-                                                        const render::Plane& ground) {
+                                                        const render::Surface& ground) {
   const std::filesystem::path path = run.resolve(setup.poses);
   auto poses = read_pose_file(path, ground, {});
   if (!poses) return fail(poses);

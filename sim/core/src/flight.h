@@ -10,10 +10,10 @@ namespace nadir::sim {
 
 /// A fixed wing flown by its autopilot: dynamics at 400 Hz, control at 100 Hz, from trim.
 Result<std::unique_ptr<PoseSource>> make_flight(const RunFile& run, const VehicleSetup& setup,
-                                                const render::Plane& ground);
+                                                const render::Surface& ground);
 
 /// A vehicle that is where a pose file says; between its rows in a straight line, turning evenly.
 Result<std::unique_ptr<PoseSource>> make_recorded_poses(const RunFile& run, const VehicleSetup& setup,
-                                                        const render::Plane& ground);
+                                                        const render::Surface& ground);
 
 }  // namespace nadir::sim

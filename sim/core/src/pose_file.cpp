@@ -57,7 +57,7 @@ class Row {
   std::vector<std::string_view> fields_;
 };
 
-Result<render::CameraPose> vehicle_pose(const Row& row, const render::Plane& ground, const render::Mount& mount) {
+Result<render::CameraPose> vehicle_pose(const Row& row, const render::Surface& ground, const render::Mount& mount) {
   const auto lat = row.number(1, -90, 90), lon = row.number(2, -360, 360);
   const auto yaw = row.number(4), pitch = row.number(5), roll = row.number(6);
   for (const auto& value : {lat, lon, yaw, pitch, roll})
@@ -71,7 +71,7 @@ Result<render::CameraPose> vehicle_pose(const Row& row, const render::Plane& gro
                              geodesy::YawPitchRoll::degrees(*yaw, *pitch, *roll), mount);
 }
 
-Result<render::CameraPose> direct_pose(const Row& row, const render::Plane& ground) {
+Result<render::CameraPose> direct_pose(const Row& row, const render::Surface& ground) {
   const auto values = row.numbers(1);
   if (!values) return fail(values);
   const std::vector<double>& v = *values;
@@ -107,7 +107,7 @@ Result<std::vector<std::size_t>> order_of(const std::string& where, const std::v
 
 }  // namespace
 
-Result<std::vector<TimedPose>> read_pose_file(const std::filesystem::path& path, const render::Plane& ground,
+Result<std::vector<TimedPose>> read_pose_file(const std::filesystem::path& path, const render::Surface& ground,
                                               const render::Mount& mount) {
   const auto text = read_text_file(path);
   if (!text) return fail(text);

@@ -21,7 +21,7 @@ Result<std::vector<std::pair<std::string, tile::Map>>> open_maps(
   return maps;
 }
 
-Result<PreparedSensor> prepare_sensor(const RunFile& file, const render::Plane& ground,
+Result<PreparedSensor> prepare_sensor(const RunFile& file, const render::Surface& ground,
                                       const std::vector<std::pair<std::string, tile::Map>>& layers,
                                       const std::string& vehicle, const std::string& name, const SensorSetup& setup) {
   auto camera = render::Camera::from_yaml(file.resolve(setup.camera));
@@ -32,7 +32,7 @@ Result<PreparedSensor> prepare_sensor(const RunFile& file, const render::Plane& 
   const tile::Map& map = layers[i].second;
   auto options = layer_options(map, file.scene.layers[i].second, setup.output, setup.range);
   if (!options) return fail(options.error().kind, fmt::format("sensor {}: {}", name, options.error().message));
-  render::Scene scene = render::Scene::plane(ground).with_layer(name, map, std::move(*options));
+  render::Scene scene = render::Scene::over(ground).with_layer(name, map, std::move(*options));
   if (auto ok = scene.check(); !ok)
     return fail(ok.error().kind, fmt::format("sensor {}: {}", name, ok.error().message));
   return PreparedSensor{vehicle,         name, setup, std::move(*camera), render::body_from_camera(setup.mount()),
@@ -47,7 +47,7 @@ Result<Run> Run::prepare(const RunFile& file) {
   auto onboard = open_maps(file, file.scene.onboard);
   if (!onboard) return fail(onboard);
   if (layers->empty()) return fail(Error::Kind::Malformed, "the scene has no layer: name a map under scene.layers");
-  const auto ground = ground_plane(file.scene.origin, file.scene.ground, layers->front().second);
+  const auto ground = ground_surface(file.scene.surface, file.scene.origin, file.scene.ground, layers->front().second);
   if (!ground) return fail(ground);
 
   Run run(file, *ground);

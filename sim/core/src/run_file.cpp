@@ -81,8 +81,13 @@ SceneSetup read_scene(const YamlMap& yaml) {
   take_height(yaml, "ground", scene.ground);
   if (scene.ground.datum == HeightDatum::Agl)
     yaml.fault("ground", "expected a height above the ellipsoid or msl: it is the ground");
-  const auto surface = yaml.text("surface");
-  if (surface && *surface != "plane") yaml.fault("surface", fmt::format("expected plane, found '{}'", *surface));
+  if (const auto name = yaml.text("surface")) {
+    const auto shape = parse_surface_shape(*name);
+    if (shape)
+      scene.surface = *shape;
+    else
+      yaml.fault("surface", shape.error().message);
+  }
   yaml.require("layers");
   scene.layers = read_maps(yaml, "layers");
   scene.onboard = read_maps(yaml, "onboard");
@@ -305,7 +310,8 @@ std::string to_yaml(const RunFile& run) {
   if (run.scene.origin)
     text += fmt::format("  origin: {{lat_deg: {}, lon_deg: {}, height: {}}}\n", run.scene.origin->lat_deg,
                         run.scene.origin->lon_deg, height_text(run.scene.origin->height));
-  text += fmt::format("  surface: plane\n  ground: {}\n  layers:\n", height_text(run.scene.ground));
+  text += fmt::format("  surface: {}\n  ground: {}\n  layers:\n", to_string(run.scene.surface),
+                      height_text(run.scene.ground));
   for (const auto& [name, map] : run.scene.layers)
     text += fmt::format("    {}: {}\n", yaml_quoted(name), map_text(run, map));
   if (!run.scene.onboard.empty()) text += "  onboard:\n";
@@ -321,6 +327,15 @@ std::string to_yaml(const RunFile& run) {
                       run.record_frames, run.record_telemetry ? "csv" : "none", run.telemetry_rate_text,
                       run.record_report, run.record_truth_rows);
   return text;
+}
+
+namespace {
+constexpr std::array<std::string_view, 2> surface_names = {"plane", "ellipsoid"};
+}
+
+std::string_view to_string(SurfaceShape shape) { return surface_names[static_cast<std::size_t>(shape)]; }
+Result<SurfaceShape> parse_surface_shape(std::string_view text) {
+  return parse_name<SurfaceShape>("surface", text, surface_names);
 }
 
 }  // namespace nadir::sim

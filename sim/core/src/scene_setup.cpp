@@ -48,8 +48,8 @@ Result<render::LayerOptions> layer_options(const tile::Map& map, const MapSetup&
   return options;
 }
 
-Result<render::Plane> ground_plane(const std::optional<OriginSetup>& origin, const geodesy::TypedHeight& ground,
-                                   const tile::Map& first_map) {
+Result<render::Surface> ground_surface(SurfaceShape shape, const std::optional<OriginSetup>& origin,
+                                       const geodesy::TypedHeight& ground, const tile::Map& first_map) {
   geodesy::Geodetic place =
       origin ? geodesy::Geodetic::degrees(origin->lat_deg, origin->lon_deg, 0) : first_map.center();
   const auto ground_m = geodesy::ellipsoidal_height_m(ground, place.lat_rad, place.lon_rad, 0);
@@ -60,7 +60,8 @@ Result<render::Plane> ground_plane(const std::optional<OriginSetup>& origin, con
     if (!height_m) return fail(height_m);
     place.height_m = *height_m;
   }
-  return render::Plane(place, *ground_m);
+  if (shape == SurfaceShape::Ellipsoid) return render::Surface(render::Ellipsoid(place, *ground_m));
+  return render::Surface(render::Plane(place, *ground_m));
 }
 
 }  // namespace nadir::sim

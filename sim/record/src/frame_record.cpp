@@ -99,8 +99,8 @@ std::string frame_record(const FrameFile& file, const render::FrameLayer& layer)
   json["type"] = tile::to_string(layer.type);
   json["pose"] = pose(t);
   json["camera_matrix"] = matrix(t.camera_matrix);
-  json["distortion_model"] = "plumb_bob";
-  json["distortion"] = Json::array();
+  json["distortion_model"] = render::to_string(t.lens.model());
+  json["distortion"] = t.lens.ideal() ? Json(Json::array()) : Json(t.lens.coefficients());
   json["map"] = {{"path", t.map_path},
                  {"crs", t.map_crs},
                  {"gsd_m", t.map_gsd_m},

@@ -17,7 +17,7 @@ constexpr int thumbnail_width = 320, picture_side = 1000;
 
 /// The scene with one of its layers.
 render::Scene only(const render::Scene& scene, const render::Layer& layer) {
-  return render::Scene::plane(scene.surface()).with_layer(layer.name, layer.source->map(), layer.options);
+  return render::Scene::over(scene.surface()).with_layer(layer.name, layer.source->map(), layer.options);
 }
 
 SheetFrame sheet_frame(const render::FrameLayer& layer, const render::Layer& of, std::string caption) {
@@ -28,6 +28,11 @@ SheetFrame sheet_frame(const render::FrameLayer& layer, const render::Layer& of,
 }
 
 std::string seconds(std::int64_t time_ns) { return fmt::format("{:.2f} s", static_cast<double>(time_ns) * 1e-9); }
+
+/// The plane of overviews: the scene's own, else the one that touches the Earth at the scene origin.
+render::Plane plan_plane(const render::Surface& surface) {
+  return surface.plane() ? *surface.plane() : render::Plane(surface.frame().origin(), surface.height_m());
+}
 
 /// A camera looking straight down at a box of the plane, north up: the plane's picture is then similar to the plane.
 struct PlanView {
@@ -74,7 +79,7 @@ void Overview::add(const render::Truth& truth, std::int64_t time_ns) {
   if (index % shown_stride_ != 0) return;
   Seen seen{time_ns, truth.ecef_from_camera, {}};
   for (const auto& lon_lat : truth.footprint.outline_lon_lat_rad)
-    if (const auto point = scene_.surface().at(lon_lat.x(), lon_lat.y()))
+    if (const auto point = plan_plane(scene_.surface()).at(lon_lat.x(), lon_lat.y()))
       seen.outline_m.emplace_back(point->xyz.head<2>());
   shown_.push_back(std::move(seen));
 }
@@ -93,7 +98,7 @@ Result<void> Overview::write_contact_sheet(render::Renderer& renderer, const ren
 
   std::vector<render::Frame> frames;
   for (const Seen& seen : shown_) {
-    auto frame = renderer.render(only(scene_, layer), *thumbnail, seen.ecef_from_camera);
+    auto frame = renderer.render(only(scene_, layer), thumbnail->with_lens(camera_.lens()), seen.ecef_from_camera);
     if (!frame) return fail(frame);
     frames.push_back(std::move(*frame));
   }
@@ -113,17 +118,22 @@ Result<void> Overview::write_footprints(render::Renderer& renderer, const render
   Eigen::AlignedBox2d box;
   for (const Seen& seen : shown_)
     for (const auto& p : seen.outline_m) box.extend(p);
-  if (layer.extent.bounded) box = box.intersection(layer.extent.box);
+  const render::Plane plane = plan_plane(scene_.surface());
+  const tile::Map& shown_map = layer.source->map();
+  const render::GroundExtent extent = render::ground_extent(plane, shown_map.projection(), shown_map.crs_from_texel(),
+                                                            shown_map.width(), shown_map.height());
+  if (extent.bounded) box = box.intersection(extent.box);
   for (const auto& p : path_m_) box.extend(p);
   const double margin_m = 0.06 * box.sizes().maxCoeff() + 1e-3;
   box.min().array() -= margin_m;
   box.max().array() += margin_m;
 
-  const PlanView view(scene_.surface(), box);
+  const PlanView view(plane, box);
   const auto camera =
       render::Camera::pinhole(view.width, view.height, view.focal, view.focal, view.width * 0.5, view.height * 0.5);
   if (!camera) return fail(camera);
-  const auto frame = renderer.render(only(scene_, layer), *camera, view.camera_pose);
+  const auto frame = renderer.render(
+      render::Scene::over(plane).with_layer(layer.name, layer.source->map(), layer.options), *camera, view.camera_pose);
   if (!frame) return fail(frame);
 
   FootprintMap map;

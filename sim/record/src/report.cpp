@@ -8,8 +8,8 @@
 #include <string_view>
 
 #include "chart.h"
-#include "nadir/base/html.h"
 #include "nadir/base/files.h"
+#include "nadir/base/html.h"
 #include "nadir/base/text.h"
 #include "report_assets.h"
 

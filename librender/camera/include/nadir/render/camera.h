@@ -5,10 +5,11 @@
 #include <string>
 
 #include "nadir/base/result.h"
+#include "nadir/render/lens.h"
 
 namespace nadir::render {
 
-/// An ideal pinhole camera: image size and intrinsics.
+/// A camera: image size, intrinsics and lens.
 ///
 /// Image coordinates put the centre of the first pixel at (0.5, 0.5): the image spans [0, width] x [0, height]. Camera
 /// files, as ROS camera calibration writes them, put it at (0, 0): their principal point gains 0.5 when it comes in
@@ -20,7 +21,10 @@ class Camera {
   /// 2).
   static Result<Camera> pinhole(int width_px, int height_px, double fx_px, double fy_px, double cx_px, double cy_px);
 
-  /// Reads a ROS camera calibration. Every key is checked. A lens with distortion is refused: none is modelled.
+  /// This camera with a lens before it.
+  Camera with_lens(Lens lens) const;
+
+  /// Reads a ROS camera calibration. Every key is checked.
   static Result<Camera> from_yaml(const std::filesystem::path& path);
   /// The ROS camera calibration of this camera, every digit kept.
   std::string to_yaml() const;
@@ -33,7 +37,14 @@ class Camera {
   double fy_px() const { return focal_px_.y(); }
   Eigen::Vector2d principal_point_px() const { return principal_point_px_; }
 
-  /// Direction (x, y, 1) in camera axes of the ray through an image point (u, v, 1).
+  const Lens& lens() const { return lens_; }
+
+  /// Unit direction in camera axes of the ray that an image point shows; empty where the lens shows none there.
+  std::optional<Eigen::Vector3d> ray_of(const Eigen::Vector2d& image) const;
+  /// Where a ray of any length appears, within the image or beside it; empty where the lens has no place for it.
+  std::optional<Eigen::Vector2d> image_of(const Eigen::Vector3d& ray) const;
+
+  /// Of an ideal lens: direction (x, y, 1) in camera axes of the ray through an image point (u, v, 1).
   Eigen::Matrix3d ray_from_image() const;
   /// The camera matrix K as OpenCV and ROS have it: pixel centres at integers.
   Eigen::Matrix3d ros_camera_matrix() const;
@@ -43,6 +54,7 @@ class Camera {
   std::string name_ = "camera";
   int width_px_ = 1, height_px_ = 1;
   Eigen::Vector2d focal_px_, principal_point_px_;
+  Lens lens_;
 };
 
 }  // namespace nadir::render

@@ -4,6 +4,7 @@
 #include <optional>
 #include <vector>
 
+#include "nadir/render/biquadratic.h"
 #include "nadir/render/exact_chain.h"
 #include "nadir/render/homography.h"
 
@@ -14,19 +15,22 @@ struct PixelRect {
   int x = 0, y = 0, width = 0, height = 0;
 };
 
-/// A rectangle of the plane, metres east and north of the scene origin; everything where unbounded.
-struct PlaneExtent {
-  Eigen::AlignedBox2d box;
+/// Where a map lies on the ground; everywhere where unbounded.
+struct GroundExtent {
+  Eigen::AlignedBox2d box;                            // of a plane: metres east and north of the scene origin
+  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  // of an ellipsoid: up at the middle, in ECEF, and the greatest
+  double radius_rad = 0;                              // angle between it and up anywhere on the map
   bool bounded = true;
 };
 
 /// Part of an image with one way from its pixels to CRS coordinates.
 struct Patch {
   enum class Kind {
-    Homography,  // within the tolerance
-    PerPixel,    // the exact chain at each pixel centre
-    NoGround,    // every pixel sees sky
-    OffMap,      // every pixel sees ground that no map covers
+    Homography,   // within the tolerance
+    Biquadratic,  // likewise
+    PerPixel,     // the exact chain at each pixel centre
+    NoGround,     // every pixel sees sky
+    OffMap,       // every pixel sees ground that no map covers
   };
   PixelRect rect;
   Kind kind = Kind::NoGround;
@@ -35,6 +39,8 @@ struct Patch {
   // eastings of millions of metres cost no digits.
   Eigen::Matrix3d crs_from_image = Eigen::Matrix3d::Identity();
   Eigen::Vector2d crs_origin = Eigen::Vector2d::Zero();
+  // Biquadratic: crs = crs_origin + biquadratic(image - corner of rect).
+  Biquadratic biquadratic;
   double error_px = 0;  // greatest backward error found at the points checked
 
   // PerPixel: CRS coordinates at the pixel centres, rows from the top; NaN where no ground is seen.
@@ -59,15 +65,17 @@ inline constexpr int block_px = 64;
 /// Maps the image to `projection`'s CRS within `tolerance_px` of backward error: the distance, in the image, between a
 /// pixel and the exact projection of the ground point used for it.
 ///
-/// One homography through the corners where that holds; else the image is cut in halves until it does. Each is checked
-/// against the exact chain at its centre, its edges' middles and the quarter points, where the difference of a smooth
-/// mapping from the homography through its corners peaks, with half the tolerance as margin for peaks between them.
-/// `extents`: where the maps are, for leaving out what sees none of them; nothing is left out where it is empty.
+/// One homography through the corners where that holds; where it does not, quadratics along both axes through corners,
+/// edges' middles and the middle; else the image is cut in halves until either does. Each is checked against the exact
+/// chain where its difference from a smooth mapping peaks: the homography at its centre, its edges' middles and the
+/// quarter points, quadratics between their nine places along each axis; half the tolerance is margin for what lies
+/// between. `extents`: where the maps are, for leaving out what sees none of them; nothing is left out where it is
+/// empty.
 PatchMapping map_patches(const ExactChain& chain, const geodesy::Projection& projection, double tolerance_px,
-                         const std::vector<PlaneExtent>& extents);
+                         const std::vector<GroundExtent>& extents);
 
-/// Where a rectangle of CRS coordinates lies on the plane, with 1 % added to each side: its outline's bounds.
-PlaneExtent plane_extent(const Plane& plane, const geodesy::Projection& projection,
-                         const Eigen::Affine2d& crs_from_texel, double width, double height);
+/// Where a rectangle of CRS coordinates lies on the ground, with a margin of 1 %.
+GroundExtent ground_extent(const Surface& surface, const geodesy::Projection& projection,
+                           const Eigen::Affine2d& crs_from_texel, double width, double height);
 
 }  // namespace nadir::render

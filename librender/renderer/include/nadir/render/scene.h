@@ -24,7 +24,7 @@ struct Layer {
   std::string name;
   LayerOptions options;
   std::shared_ptr<const tile::CellSource> source;
-  PlaneExtent extent;
+  GroundExtent extent;
 };
 
 struct PlaneOptions {
@@ -36,19 +36,21 @@ class Scene {
  public:
   /// The ground as a plane, level at the scene origin.
   static Scene plane(const geodesy::Geodetic& origin, const PlaneOptions& options);
-  static Scene plane(const Plane& surface) { return Scene(surface); }
+  /// The curved Earth at one height above the WGS-84 ellipsoid. `origin`: of local coordinates.
+  static Scene ellipsoid(const geodesy::Geodetic& origin, double height_m);
+  static Scene over(const Surface& surface) { return Scene(surface); }
 
   /// This scene and one more layer. What is wrong with it (an unknown band, a name taken) is reported by `check`, and
   /// by whoever renders the scene.
   Scene with_layer(std::string name, const tile::Map& map, LayerOptions options = {}) const;
 
   Result<void> check() const;
-  const Plane& surface() const { return surface_; }
+  const Surface& surface() const { return surface_; }
   const std::vector<Layer>& layers() const { return layers_; }
 
  private:
-  explicit Scene(const Plane& surface) : surface_(surface) {}
-  Plane surface_;
+  explicit Scene(const Surface& surface) : surface_(surface) {}
+  Surface surface_;
   std::vector<Layer> layers_;
   std::optional<Error> problem_;  // the first
 };

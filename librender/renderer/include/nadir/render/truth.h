@@ -25,12 +25,13 @@ struct Truth {
 
   int width = 0, height = 0;
   Eigen::Matrix3d camera_matrix = Eigen::Matrix3d::Identity();
+  Lens lens;
 
   std::string map_path, map_crs, map_acquired;
   double map_gsd_m = 0;  // side of a texel, true metres at the map's centre
 
   /// Through the four outer corners of the image. Empty where one sees no ground, or the map's CRS is not defined
-  /// there.
+  /// there, and where the surface is no plane.
   std::optional<Eigen::Matrix3d> map_pixel_from_image_pixel, image_pixel_from_map_pixel;
   std::optional<double>
       homography_max_error_px;  // greatest distance, in image pixels, from the exact chain on a 9x9 grid

@@ -3,9 +3,11 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
+#include "nadir/render/biquadratic.h"
 #include "nadir/tile/cell_source.h"
 
 namespace nadir::render {
@@ -25,6 +27,8 @@ struct BlockSampling {
   // Level-0 texel of an image point: texel_origin + apply(texel_from_image, point - block's corner), ...
   Eigen::Matrix3d texel_from_image = Eigen::Matrix3d::Identity();
   Eigen::Vector2d texel_origin = Eigen::Vector2d::Zero();
+  // ... or texel_origin + biquadratic(point - block's corner), ...
+  std::optional<Biquadratic> biquadratic;
   // ... or, where this is not empty, given for each pixel centre, NaN where no ground is seen, with one Jacobian for
   // all.
   std::span<const Eigen::Vector2d> texels;

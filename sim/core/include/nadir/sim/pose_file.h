@@ -6,7 +6,7 @@
 
 #include "nadir/base/result.h"
 #include "nadir/render/mount.h"
-#include "nadir/render/plane.h"
+#include "nadir/render/surface.h"
 
 namespace nadir::sim {
 
@@ -24,7 +24,7 @@ struct TimedPose {
 ///  made
 ///    exact. `mount` does not apply.
 /// A fault is reported with its line.
-Result<std::vector<TimedPose>> read_pose_file(const std::filesystem::path& path, const render::Plane& ground,
+Result<std::vector<TimedPose>> read_pose_file(const std::filesystem::path& path, const render::Surface& ground,
                                               const render::Mount& mount);
 
 }  // namespace nadir::sim

@@ -43,7 +43,7 @@ class Run {
   static Result<Run> prepare(const RunFile& file);
 
   const RunFile& file() const { return file_; }
-  const render::Plane& ground() const { return ground_; }
+  const render::Surface& ground() const { return ground_; }
   const std::vector<PreparedSensor>& sensors() const { return sensors_; }
   const std::vector<PreparedVehicle>& vehicles() const { return vehicles_; }
   const std::vector<std::pair<std::string, tile::Map>>& layers() const { return layers_; }
@@ -55,9 +55,9 @@ class Run {
   render::RenderOptions render_options(const PreparedSensor& sensor) const;
 
  private:
-  Run(RunFile file, render::Plane ground) : file_(std::move(file)), ground_(std::move(ground)) {}
+  Run(RunFile file, render::Surface ground) : file_(std::move(file)), ground_(std::move(ground)) {}
   RunFile file_;
-  render::Plane ground_;
+  render::Surface ground_;
   std::vector<std::pair<std::string, tile::Map>> layers_, onboard_;
   std::vector<PreparedSensor> sensors_;
   std::vector<PreparedVehicle> vehicles_;

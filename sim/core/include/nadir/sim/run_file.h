@@ -33,9 +33,17 @@ struct OriginSetup {
   geodesy::TypedHeight height;
 };
 
+enum class SurfaceShape {
+  Plane,      // tangent at the scene origin
+  Ellipsoid,  // the curved Earth
+};
+std::string_view to_string(SurfaceShape shape);
+Result<SurfaceShape> parse_surface_shape(std::string_view text);
+
 struct SceneSetup {
-  std::optional<OriginSetup> origin;                      // else the first layer's centre at ground height
-  geodesy::TypedHeight ground;                            // of the plane
+  std::optional<OriginSetup> origin;  // else the first layer's centre at ground height
+  SurfaceShape surface = SurfaceShape::Plane;
+  geodesy::TypedHeight ground;                            // of the surface
   std::vector<std::pair<std::string, MapSetup>> layers;   // the sensor source: what cameras see
   std::vector<std::pair<std::string, MapSetup>> onboard;  // the onboard reference: what a navigation system carries
 };

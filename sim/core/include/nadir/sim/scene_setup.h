@@ -11,8 +11,8 @@ Result<render::LayerOptions> layer_options(const tile::Map& map, const MapSetup&
                                            std::optional<tile::SampleType> output,
                                            const std::optional<std::pair<double, double>>& range);
 
-/// The ground at a height, level at the scene origin: the one given, else the middle of `first_map` on the ground.
-Result<render::Plane> ground_plane(const std::optional<OriginSetup>& origin, const geodesy::TypedHeight& ground,
-                                   const tile::Map& first_map);
+/// The ground at a height over the scene origin: the one given, else the middle of `first_map` on the ground.
+Result<render::Surface> ground_surface(SurfaceShape shape, const std::optional<OriginSetup>& origin,
+                                       const geodesy::TypedHeight& ground, const tile::Map& first_map);
 
 }  // namespace nadir::sim
