@@ -4,6 +4,7 @@
 
 #include "build_suite.h"
 #include "levels_suite.h"
+#include "mapping_suite.h"
 #include "nadir/bench/runner.h"
 #include "read_suite.h"
 
@@ -13,6 +14,8 @@ namespace nadir::bench {
 Suite start_suite();
 
 /// All suites that `nadir bench` knows: a new one is declared above and listed here.
-inline std::vector<Suite> all_suites() { return {read_suite(), build_suite(), levels_suite(), start_suite()}; }
+inline std::vector<Suite> all_suites() {
+  return {read_suite(), build_suite(), levels_suite(), mapping_suite(), start_suite()};
+}
 
 }  // namespace nadir::bench
