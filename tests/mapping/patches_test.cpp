@@ -80,8 +80,7 @@ TEST(Patches, KeepTheToleranceThroughLensesAndOnTheCurvedEarth) {
         const Geodetic origin = Geodetic::degrees(47, 9, 0);
         Geodetic place = origin;
         place.height_m = height_m;
-        const Camera camera =
-            Camera::pinhole(width, height, 80, 80, width * 0.5, height * 0.5).value().with_lens(lens);
+        const Camera camera = Camera::pinhole(width, height, 80, 80, width * 0.5, height * 0.5).value().with_lens(lens);
         const auto pose = camera_pose(place, YawPitchRoll::degrees(30, pitch_deg, 10));
         for (const Surface& surface : {Surface(Plane(origin, 0)), Surface(Ellipsoid(origin, 0))}) {
           const ExactChain chain(camera, pose, surface);
@@ -102,6 +101,46 @@ TEST(Patches, KeepTheToleranceThroughLensesAndOnTheCurvedEarth) {
   for (const auto kind :
        {Patch::Kind::Homography, Patch::Kind::Biquadratic, Patch::Kind::PerPixel, Patch::Kind::NoGround})
     EXPECT_GT(kinds[static_cast<std::size_t>(kind)], 0) << static_cast<int>(kind);
+}
+
+TEST(Patches, KeepTheToleranceAtTheExtremes) {
+  struct Extreme {
+    const char* what;
+    int width, height;
+    double fx, fy, height_m, lat_deg, lon_deg, pitch_deg, roll_deg;
+  };
+  constexpr double micro_rad_deg = 180e-6 / 3.14159265358979;
+  const Extreme extremes[] = {
+      {"one pixel", 1, 1, 500, 500, 100, 10, 20, 0, 0},
+      {"a thousandth of a degree", 64, 48, 4e6, 4e6, 300, 10, 20, 30, 0},
+      {"179.9 degrees", 64, 48, 0.028, 0.028, 300, 10, 20, 0, 0},
+      {"179.9 degrees, aside", 64, 48, 0.028, 0.028, 300, 10, 20, 80, 0},
+      {"focal lengths 1e6 apart", 64, 48, 1e5, 0.1, 300, 10, 20, 10, 0},
+      {"1 cm above the ground", 64, 48, 60, 60, 0.01, 10, 20, 20, 0},
+      {"36,000 km above it", 64, 48, 300, 300, 36e6, 10, 20, 0, 0},
+      {"a microradian below the horizon", 64, 48, 1e4, 1e4, 1000, 10, 20, 90 - micro_rad_deg, 0},
+      {"straight up", 64, 48, 60, 60, 100, 10, 20, 180, 0},
+      {"upside down", 64, 48, 60, 60, 100, 10, 20, 60, 180},
+      {"level, on its side", 64, 48, 60, 60, 100, 10, 20, 90, 90},
+      {"the north pole", 64, 48, 60, 60, 5000, 90, 0, 10, 0},
+      {"the south pole", 64, 48, 60, 60, 5000, -90, 0, 10, 0},
+      {"the antimeridian", 64, 48, 60, 60, 5000, 10, 180, 10, 0},
+      {"below the ground", 64, 48, 60, 60, -3, 10, 20, 0, 0},
+  };
+  for (const Extreme& e : extremes)
+    for (const char* crs : {"EPSG:4326", "EPSG:32634", "EPSG:3413", "EPSG:3031", "EPSG:3857"}) {
+      const Geodetic origin = Geodetic::degrees(e.lat_deg, e.lon_deg, 0);
+      Geodetic place = origin;
+      place.height_m = e.height_m;
+      const Camera camera = Camera::pinhole(e.width, e.height, e.fx, e.fy, e.width * 0.5, e.height * 0.5).value();
+      const auto pose = camera_pose(place, YawPitchRoll::degrees(15, e.pitch_deg, e.roll_deg));
+      const auto projection = Projection::from_definition(crs).value();
+      for (const Surface& surface : {Surface(Plane(origin, 0)), Surface(Ellipsoid(origin, 0))}) {
+        const ExactChain chain(camera, pose, surface);
+        const Outcome outcome = check_every_pixel(chain, projection, map_patches(chain, projection, 0.05, {}));
+        EXPECT_LE(outcome.worst_px, 0.05) << e.what << ", " << crs << (surface.plane() ? ", plane" : ", ellipsoid");
+      }
+    }
 }
 
 TEST(Look, IsRightWhereItIsCertain) {
