@@ -43,9 +43,13 @@ double number(const std::string& text) {
   return value;
 }
 
+bool is_broken_tiff(const Error& error, const mosaic::Source& source) {
+  return error.kind == Error::Kind::Malformed && source.description().format == "GTiff";
+}
+
 /// More texels than the best of packings could leave of anything.
 bool claims_too_much(const mosaic::Source& source, const std::string& path) {
-  constexpr double most_texels_a_byte = 1e5;
+  constexpr double most_texels_a_byte = 2e4;
   std::error_code error;
   const auto bytes = std::filesystem::file_size(path, error);
   return !error && static_cast<double>(source.width()) * static_cast<double>(source.height()) >
@@ -79,6 +83,8 @@ Result<CheckReport> check(const CheckOptions& options) {
   if (tiff) {
     levels.tiff = *tiff;
     levels.directories = check_structure(**tiff, report, faults);
+  } else if (is_broken_tiff(tiff.error(), *levels.sources.front())) {
+    faults.add(tiff.error().message + ": fetch or build it again");
   } else {
     report.notes.push_back(fmt::format("structure not looked at: {}", tiff.error().message));
   }
@@ -92,7 +98,9 @@ Result<CheckReport> check(const CheckOptions& options) {
       report.levels[k].size = {static_cast<std::int32_t>(levels.sources[k]->width()),
                                static_cast<std::int32_t>(levels.sources[k]->height())};
   }
-  if (!levels.tiff && claims_too_much(*levels.sources.front(), options.map)) {
+  if (!tiff && is_broken_tiff(tiff.error(), *levels.sources.front())) {
+    report.notes.push_back("no tile decoded: where they lie is not known");
+  } else if (!levels.tiff && claims_too_much(*levels.sources.front(), options.map)) {
     faults.add(fmt::format("{}: {} x {} texels cannot lie in a file that small: it is damaged, or empty", options.map,
                            levels.sources.front()->width(), levels.sources.front()->height()));
   } else {
