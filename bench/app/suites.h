@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "build_suite.h"
+#include "codec_suite.h"
 #include "levels_suite.h"
 #include "mapping_suite.h"
 #include "nadir/bench/runner.h"
@@ -15,7 +16,7 @@ Suite start_suite();
 
 /// All suites that `nadir bench` knows: a new one is declared above and listed here.
 inline std::vector<Suite> all_suites() {
-  return {read_suite(), build_suite(), levels_suite(), mapping_suite(), start_suite()};
+  return {read_suite(), codec_suite(), build_suite(), levels_suite(), mapping_suite(), start_suite()};
 }
 
 }  // namespace nadir::bench

@@ -110,7 +110,7 @@ void add_file(CLI::App& command, pyramid::BuildOptions& options, Words& words) {
       ->type_name("CODEC")
       ->group(group);
   command
-      .add_option("--level", options.level, "of deflate (1 to 12, else 6), zstd (1 to 22, else 9) and lzma (0 to 9)")
+      .add_option("--level", options.level, "of deflate (1 to 12, else 6), zstd (1 to 22, else 9, of labels 15) and lzma (0 to 9)")
       ->type_name("N")
       ->group(group);
   command
