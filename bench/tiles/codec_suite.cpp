@@ -23,6 +23,7 @@ struct Raster {
   std::vector<std::byte> samples;
   std::uint32_t width = 0, height = 0, bands = 0;
   tile::SampleType type = tile::SampleType::UInt8;
+  bool labels = false;  // neighbours' differences tell nothing
 };
 
 Result<Raster> read_raster(const std::string& path, const std::vector<int>& bands) {
@@ -30,8 +31,12 @@ Result<Raster> read_raster(const std::string& path, const std::vector<int>& band
   if (!map) return fail(map);
   auto texels = map->read(0, {0, 0, map->width(), map->height()}, bands);
   if (!texels) return fail(texels);
-  return Raster{std::move(texels->samples), static_cast<std::uint32_t>(map->width()),
-                static_cast<std::uint32_t>(map->height()), static_cast<std::uint32_t>(bands.size()), texels->type};
+  return Raster{std::move(texels->samples),
+                static_cast<std::uint32_t>(map->width()),
+                static_cast<std::uint32_t>(map->height()),
+                static_cast<std::uint32_t>(bands.size()),
+                texels->type,
+                false};
 }
 
 struct Packing {
@@ -53,7 +58,7 @@ TileFormat format_of(const Raster& raster, const Packing& how) {
   format.codec = how.codec;
   const bool stream =
       how.codec != Codec::None && how.codec != Codec::Jpeg && how.codec != Codec::WebP && how.codec != Codec::Lerc;
-  if (stream) format.predictor = floating ? Predictor::FloatingPoint : Predictor::Horizontal;
+  if (stream && !raster.labels) format.predictor = floating ? Predictor::FloatingPoint : Predictor::Horizontal;
   if (raster.bands == 3) format.photometric = tiff::Photometric::Rgb;
   return format;
 }
@@ -186,6 +191,7 @@ Result<Raster> hills(const RunOptions& options) {
 Result<Raster> labels(const std::string& photo) {
   auto raster = read_raster(photo, {2});
   if (!raster) return raster;
+  raster->labels = true;
   for (std::byte& sample : raster->samples)
     sample = std::byte{static_cast<std::uint8_t>(std::to_integer<int>(sample) / 32)};
   return raster;

@@ -203,7 +203,7 @@ Result<TileCodec> choose_codec(const BuildOptions& options, std::optional<tile::
     mask.photometric = tiff::Photometric::TransparencyMask;
     chosen.mask = mask;
   }
-  constexpr int level_of_labels = 15;  // a fifth smaller, and decoded as fast
+  constexpr int level_of_labels = 15;  // a seventh smaller, and decoded as fast
   const int level = labels && codec == Compression::Zstd ? level_of_labels : 0;
   chosen.packing = {options.level.value_or(level), options.quality.value_or(90), options.subsample_chroma,
                     options.max_error};
