@@ -16,7 +16,7 @@ std::uint64_t next_id() {
   return counter++;
 }
 
-std::int32_t cells(std::int32_t texels) { return (texels + cell_size - 1) / cell_size; }
+std::int32_t cells(std::int32_t texels) { return (texels - 1) / cell_size + 1; }  // up to 2^31 - 1
 
 }  // namespace
 
