@@ -13,10 +13,12 @@ namespace nadir::bench {
 
 /// What a command costs before it has anything to do: bench/app/start_suite.cpp.
 Suite start_suite();
+/// What becomes of views at the extremes: bench/app/stability_suite.cpp.
+Suite stability_suite();
 
 /// All suites that `nadir bench` knows: a new one is declared above and listed here.
 inline std::vector<Suite> all_suites() {
-  return {read_suite(), codec_suite(), build_suite(), levels_suite(), mapping_suite(), start_suite()};
+  return {read_suite(), codec_suite(), build_suite(), levels_suite(), mapping_suite(), stability_suite(), start_suite()};
 }
 
 }  // namespace nadir::bench

@@ -72,29 +72,10 @@ std::shared_ptr<const Setting> setting_of(const Scene& scene, bool quick) {
 
 /// Coordinates of every pixel by a mapping's patches.
 void evaluate(const PatchMapping& mapping, int width, Coordinates& out) {
-  constexpr double nan = std::numeric_limits<double>::quiet_NaN();
   for (const Patch& patch : mapping.patches)
-    for (int y = 0; y < patch.rect.height; ++y) {
-      Eigen::Vector2d* row = &out[static_cast<std::size_t>(patch.rect.y + y) * static_cast<std::size_t>(width) +
-                                  static_cast<std::size_t>(patch.rect.x)];
-      for (int x = 0; x < patch.rect.width; ++x) {
-        const Eigen::Vector2d at(x + 0.5, y + 0.5);
-        switch (patch.kind) {
-          case Patch::Kind::Homography:
-            row[x] = patch.crs_origin + apply(patch.crs_from_image, at);
-            break;
-          case Patch::Kind::Biquadratic:
-            row[x] = patch.crs_origin + patch.biquadratic(at);
-            break;
-          case Patch::Kind::PerPixel:
-            row[x] = patch.crs[static_cast<std::size_t>(y * patch.rect.width + x)];
-            break;
-          case Patch::Kind::NoGround:
-          case Patch::Kind::OffMap:
-            row[x] = {nan, nan};
-            break;
-        }
-      }
+    for (int y = patch.rect.y; y < patch.rect.y + patch.rect.height; ++y) {
+      Eigen::Vector2d* row = &out[static_cast<std::size_t>(y) * static_cast<std::size_t>(width)];
+      for (int x = patch.rect.x; x < patch.rect.x + patch.rect.width; ++x) row[x] = patch.crs_at(x, y);
     }
 }
 

@@ -282,7 +282,8 @@ std::optional<Picture> bars(const Group& suite) {
 }  // namespace
 
 std::vector<Picture> pictures(const std::vector<Row>& rows) {
-  const std::array<Quantity, 2> quantities = {
+  const std::array<Quantity, 3> quantities = {
+      Quantity{"error", "error", [](const Row& row) { return row.error; }},
       Quantity{"time", "wall time of one repetition, ms (median)", [](const Row& row) { return row.wall_ms; }},
       Quantity{"memory", "peak memory, MiB", [](const Row& row) -> std::optional<double> {
                  if (!row.peak_bytes) return std::nullopt;

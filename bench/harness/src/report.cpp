@@ -15,8 +15,8 @@
 namespace nadir::bench {
 namespace {
 
-constexpr std::array<std::string_view, 9> headings = {"method", "wall ms", "middle half", "CPU ms", "rate",
-                                                      "error",  "written", "peak memory", "ratios"};
+constexpr std::array<std::string_view, 10> headings = {"method", "wall ms", "middle half", "CPU ms", "rate",
+                                                       "error",  "written", "peak memory", "ratios", "happened"};
 using Line = std::array<std::string, headings.size()>;
 
 std::string text_counter(const Row& row, const std::string& key) {
@@ -58,14 +58,15 @@ Line line_of(const Row& row) {
           row.error ? short_number(*row.error) + (row.error_unit.empty() ? "" : " " + row.error_unit) : "",
           written ? format_bytes(static_cast<std::uint64_t>(*written)) : "",
           row.peak_bytes ? format_bytes(*row.peak_bytes) : "",
-          ratios_of(row)};
+          ratios_of(row),
+          text_counter(row, "happened")};
 }
 
 /// Counters that no column shows: those of the methods themselves.
 std::string other_counters(const Row& row) {
-  constexpr std::array<std::string_view, 13> shown = {
-      "wall_q1_ms", "wall_q3_ms", "rate",        "rate_unit", "line",     "x",       "x_label",
-      "aim",        "cpu_min_ms", "wall_min_ms", "fault",     "point_of", "left_out"};
+  constexpr std::array<std::string_view, 14> shown = {
+      "wall_q1_ms", "wall_q3_ms", "rate",        "rate_unit", "line",     "x",        "x_label",
+      "aim",        "cpu_min_ms", "wall_min_ms", "fault",     "point_of", "left_out", "happened"};
   std::string text;
   for (const auto& [key, value] : row.counters)
     if (key.find(':') == std::string::npos && std::find(shown.begin(), shown.end(), key) == shown.end())
@@ -73,7 +74,7 @@ std::string other_counters(const Row& row) {
   return text;
 }
 
-bool left_aligned(std::size_t column) { return column == 0 || column + 1 == headings.size(); }
+bool left_aligned(std::size_t column) { return column == 0 || column + 2 >= headings.size(); }
 
 struct Block {
   std::string suite, case_name;

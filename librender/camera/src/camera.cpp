@@ -5,17 +5,26 @@
 #include <cmath>
 
 namespace nadir::render {
+namespace {
+// Beyond these no image has an extent that a double can tell
+constexpr double least_focal_px = 1e-6, greatest_focal_px = 1e12, farthest_principal_point_px = 1e9;
+}  // namespace
 
 Result<Camera> Camera::pinhole(int width_px, int height_px, double fx_px, double fy_px, double cx_px, double cy_px) {
   constexpr int largest = 65536;
   if (width_px < 1 || height_px < 1 || width_px > largest || height_px > largest)
     return fail(Error::Kind::Malformed, fmt::format("camera: expected an image of 1 to {} pixels a side, found {} x {}",
                                                     largest, width_px, height_px));
-  if (!(fx_px > 0) || !(fy_px > 0) || !std::isfinite(fx_px) || !std::isfinite(fy_px))
-    return fail(Error::Kind::Malformed,
-                fmt::format("camera: expected positive focal lengths in pixels, found {} and {}", fx_px, fy_px));
-  if (!std::isfinite(cx_px) || !std::isfinite(cy_px))
-    return fail(Error::Kind::Malformed, "camera: expected a finite principal point");
+  for (const double focal_px : {fx_px, fy_px})
+    if (!(focal_px >= least_focal_px && focal_px <= greatest_focal_px))
+      return fail(Error::Kind::Malformed,
+                  fmt::format("camera: expected focal lengths of {:g} to {:g} pixels, found {} and {}", least_focal_px,
+                              greatest_focal_px, fx_px, fy_px));
+  if (!(std::abs(cx_px) <= farthest_principal_point_px && std::abs(cy_px) <= farthest_principal_point_px))
+    return fail(
+        Error::Kind::Malformed,
+        fmt::format("camera: expected a principal point within {:g} pixels of the image's corner, found {} and {}",
+                    farthest_principal_point_px, cx_px, cy_px));
   Camera camera;
   camera.width_px_ = width_px;
   camera.height_px_ = height_px;

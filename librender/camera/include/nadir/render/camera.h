@@ -14,7 +14,7 @@ namespace nadir::render {
 /// Image coordinates put the centre of the first pixel at (0.5, 0.5): the image spans [0, width] x [0, height]. Camera
 /// files, as ROS camera calibration writes them, put it at (0, 0): their principal point gains 0.5 when it comes in
 /// here and loses it when it goes out, and is never adjusted in between. Invariant: sizes within [1, 65536], focal
-/// lengths positive, all finite.
+/// lengths within [1e-6, 1e12], principal point within 1e9, all in pixels.
 class Camera {
  public:
   /// Focal lengths and principal point in pixels, the latter in image coordinates (the middle of the image is width /

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <vector>
 
@@ -47,6 +48,24 @@ struct Patch {
   std::vector<Eigen::Vector2d> crs;
 
   Eigen::Vector2d corner() const { return {rect.x, rect.y}; }
+
+  /// CRS coordinates of the centre of a pixel of the rectangle, counted in the whole image; NaN where no ground is
+  /// seen.
+  Eigen::Vector2d crs_at(int x, int y) const {
+    const Eigen::Vector2d offset(x - rect.x + 0.5, y - rect.y + 0.5);
+    switch (kind) {
+      case Kind::Homography:
+        return crs_origin + apply(crs_from_image, offset);
+      case Kind::Biquadratic:
+        return crs_origin + biquadratic(offset);
+      case Kind::PerPixel:
+        return crs[static_cast<std::size_t>((y - rect.y) * rect.width + x - rect.x)];
+      case Kind::NoGround:
+      case Kind::OffMap:
+        break;
+    }
+    return Eigen::Vector2d::Constant(std::numeric_limits<double>::quiet_NaN());
+  }
 };
 
 /// The way from an image's pixels to a CRS, as patches that tile the image.
