@@ -68,8 +68,7 @@ TEST(CameraFile, FaultsNameTheirLine) {
       << message(replaced(ros_file, "plumb_bob", "plumb_bop"));
   EXPECT_NE(message(replaced(ros_file, "plumb_bob", "equidistant")).find("at most 4 coefficients, found 5"),
             std::string::npos);
-  EXPECT_NE(message(replaced(ros_file, "500.25, 0, 319.5", "-1, 0, 319.5")).find("focal lengths"),
-            std::string::npos);
+  EXPECT_NE(message(replaced(ros_file, "500.25, 0, 319.5", "-1, 0, 319.5")).find("focal lengths"), std::string::npos);
   EXPECT_NE(message(replaced(ros_file, "500.25, 0, 319.5", ".nan, 0, 319.5")).find("finite"), std::string::npos);
   EXPECT_NE(message(replaced(ros_file, "image_width: 640", "image_width: wide")).find("c.yaml:1: 'image_width'"),
             std::string::npos);
