@@ -27,18 +27,18 @@ Method method_of(const StabilityCase& one, const std::string& scratch) {
                   if (outcome->patch_error_px) told["patches_px"] = short_number(*outcome->patch_error_px);
                   return told;
                 }};
-  if (one.group == "views" || one.group == "grazing")
-    method.error = [=]() -> Result<double> { return outcome->error_px.value_or(0); };
+  if (one.group == "views") method.error = [=]() -> Result<double> { return outcome->error_px.value_or(0); };
   if (one.grazing_rad) {  // points of one curve
+    method.error = [=]() -> Result<double> { return outcome->on_ground_m.value_or(0); };
     method.name = "exact chain";
     method.setting = fmt::format("{:g} rad", *one.grazing_rad);
-    method.point = Point{"error towards grazing", *one.grazing_rad, "angle between ray and ground, rad"};
+    method.point = Point{"loss on the ground towards grazing", *one.grazing_rad, "angle between ray and ground, rad"};
   }
   return method;
 }
 
 Result<Comparison> group_of(const std::string& name, const std::string& scratch) {
-  Comparison comparison{.error_unit = "px", .warm_up = false, .go_on = true, .rounds = 3};
+  Comparison comparison{.error_unit = name == "grazing" ? "m" : "px", .warm_up = false, .go_on = true, .rounds = 3};
   for (const StabilityCase& one : stability_cases())
     if (one.group == name) comparison.methods.push_back(method_of(one, scratch));
   return comparison;

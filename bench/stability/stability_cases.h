@@ -13,6 +13,7 @@ struct Outcome {
   bool as_expected = false;
   std::string happened;
   std::optional<double> error_px;        // of the exact chain against extended precision, backward, the greatest found
+  std::optional<double> on_ground_m;     // what that is on the ground, of grazing rays
   std::optional<double> patch_error_px;  // likewise of what `map_patches` makes of it at 0.05 px
 };
 

@@ -170,7 +170,9 @@ std::optional<Picture> lines(const std::string& suite, const Group& line, const 
     return std::nullopt;
   script += fmt::format("set logscale xy\nset xrange {}\nset yrange {}\n", log_range(xs), log_range(ys));
   script += size_tics(xs) + log_tics('y', ys);
-  script += fmt::format("set xlabel {}\nset ylabel {}\n", gnuplot_string(x_label), gnuplot_string(quantity.label));
+  script += fmt::format(
+      "set xlabel {}\nset ylabel {}\n", gnuplot_string(x_label),
+      gnuplot_string(quantity.label + (quantity.name == "error" ? ", " + line.rows.front().error_unit : "")));
   return Picture{suite, file_name(suite + "-" + line.name + "-" + quantity.name), line.name + ": " + quantity.name,
                  script + plot + "\n", std::max(480, 160 + 22 * static_cast<int>(methods.size()))};
 }
