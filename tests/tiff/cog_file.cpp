@@ -42,11 +42,13 @@ Bytes deflated(const Bytes& bytes) {
 
 Bytes packed(const TileFormat& format, Bytes bytes) { return format.codec == Codec::Deflate ? deflated(bytes) : bytes; }
 
-Bytes imagery_tile(const CogShape& shape, std::size_t level, std::uint32_t left, std::uint32_t top) {
+/// Of all bands, or of `plane` where they are separate.
+Bytes imagery_tile(const CogShape& shape, std::size_t level, std::uint32_t left, std::uint32_t top,
+                   std::uint32_t plane) {
   Bytes bytes;
   for (std::uint32_t y = 0; y < shape.format.tile_height; ++y)
     for (std::uint32_t x = 0; x < shape.format.tile_width; ++x)
-      for (std::uint32_t band = 0; band < shape.format.samples; ++band)
+      for (std::uint32_t band = plane; band < plane + shape.format.samples_together(); ++band)
         append_sample(bytes, shape.format, expected_sample(shape, level, left + x, top + y, band));
   return packed(shape.format, std::move(bytes));
 }
@@ -117,13 +119,16 @@ CogArrangement write_cog(const std::filesystem::path& path, const CogShape& shap
   std::vector<std::vector<Bytes>> imagery(image.levels.size()), masks(image.levels.size());
   for (std::size_t level = 0; level < image.levels.size(); ++level) {
     const std::uint32_t side = image.format.tile_width, across = (image.levels[level].width + side - 1) / side;
-    for (std::size_t tile = 0; tile < tiles_of(image, level); ++tile) {
+    const std::size_t of_plane = tiles_of(image, level), planes = shape.format.separate ? shape.format.samples : 1;
+    for (std::size_t i = 0; i < of_plane * planes; ++i) {
+      const std::size_t tile = i % of_plane;
+      const auto plane = static_cast<std::uint32_t>(i / of_plane);
       const auto left = static_cast<std::uint32_t>(tile % across) * side;
       const auto top = static_cast<std::uint32_t>(tile / across) * side;
       const bool empty = shape.empty && shape.empty(level, tile);
-      imagery[level].push_back(empty ? Bytes() : imagery_tile(shape, level, left, top));
+      imagery[level].push_back(empty ? Bytes() : imagery_tile(shape, level, left, top, plane));
       sizes[level].imagery.push_back(static_cast<std::uint32_t>(imagery[level].back().size()));
-      if (image.mask) {
+      if (image.mask && plane == 0) {
         masks[level].push_back(empty ? Bytes() : mask_tile(image, level, left, top));
         sizes[level].mask.push_back(static_cast<std::uint32_t>(masks[level].back().size()));
       }
@@ -144,7 +149,7 @@ CogArrangement write_cog(const std::filesystem::path& path, const CogShape& shap
   for (std::size_t level = 0; level < image.levels.size(); ++level) {
     for (std::size_t tile = 0; tile < imagery[level].size(); ++tile) {
       write_tile(file, imagery[level][tile], arrangement.imagery[level][tile]);
-      if (image.mask) write_tile(file, masks[level][tile], arrangement.mask[level][tile]);
+      if (tile < masks[level].size()) write_tile(file, masks[level][tile], arrangement.mask[level][tile]);
     }
     if (losses[level].empty()) continue;
     file.seekp(static_cast<std::streamoff>(arrangement.losses[level]));

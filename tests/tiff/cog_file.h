@@ -34,7 +34,7 @@ TileFormat tile_format(std::uint32_t side, std::uint32_t samples, std::uint32_t 
 /// The image of `shape`, without the fields that come late.
 CogImage image_of(const CogShape& shape);
 
-/// Tiles of each level down and across.
+/// Tiles of each level down and across, of one band where they are separate.
 std::uint64_t tiles_of(const CogImage& image, std::size_t level);
 
 /// Writes the file: tiles packed here as they are or by GDAL's zlib, as the format says; leaders and trailers around

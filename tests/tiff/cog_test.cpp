@@ -154,6 +154,20 @@ TEST_F(Cog, TheLastOfFourBandsIsOpacityOnlyWhereItIsSaidToBe) {
   EXPECT_NE(open(path("infrared.tif"))->GetRasterBand(4)->GetColorInterpretation(), GCI_AlphaBand);
 }
 
+TEST_F(Cog, BandsMayLieInTilesOfTheirOwn) {
+  for (const Number number : {Number::Unsigned, Number::Float}) {
+    CogShape shape{tile_format(64, 3, number == Number::Float ? 64 : 8, number), to_one_texel};
+    shape.format.separate = true;
+    shape.extra_samples = {0, 0};
+    shape.empty = [](std::size_t level, std::size_t tile) { return level == 0 && tile == 3; };
+    const std::string file = path(number == Number::Float ? "floats.tif" : "bytes.tif");
+    write_cog(file, shape);
+    expect_gdal_reads(file, shape);
+    EXPECT_STREQ(open(file)->GetMetadataItem("INTERLEAVE", "IMAGE_STRUCTURE"), "BAND");
+  }
+  expect_valid();
+}
+
 TEST_F(Cog, TilesThatHoldNothingTakeNoRoomAndReadAsNothing) {
   for (const bool mask : {false, true}) {
     CogShape shape{tile_format(64, 3, 8, Number::Unsigned), to_one_texel};

@@ -65,6 +65,17 @@ TEST(TileEncoder, StreamsGiveBackEverySampleTypeWithEveryPredictor) {
           }
 }
 
+TEST(TileEncoder, BandsOfTheirOwnHaveTilesOfOneSample) {
+  for (const Codec codec : {Codec::None, Codec::Lzw, Codec::Deflate, Codec::Zstd, Codec::Lzma})
+    for (const Predictor predictor : {Predictor::None, Predictor::FloatingPoint}) {
+      if (codec == Codec::None && predictor != Predictor::None) continue;
+      auto format = format_of(codec, 64, Number::Float, 6, predictor);
+      format.separate = true;
+      ASSERT_EQ(format.row_bytes(), 128u * 8);
+      expect_round_trip(format);
+    }
+}
+
 TEST(TileEncoder, WebPAt100AndLercWithoutErrorLoseNothing) {
   for (const std::uint32_t samples : {3u, 4u})
     expect_round_trip(format_of(Codec::WebP, 8, Number::Unsigned, samples, Predictor::None), {.quality = 100});
@@ -86,6 +97,9 @@ TEST(TileEncoder, RefusesWhatIsOutOfRange) {
   EXPECT_FALSE(TileEncoder::create(bytes(Codec::WebP, 1), {}));
   EXPECT_FALSE(TileEncoder::create(bytes(Codec::Lerc, 1), {.max_error = std::numeric_limits<double>::infinity()}));
   EXPECT_FALSE(TileEncoder::create(format_of(Codec::Jpeg, 8, Number::Unsigned, 1, Predictor::Horizontal), {}));
+  auto separate = bytes(Codec::Jpeg, 3);
+  separate.separate = true;
+  EXPECT_FALSE(TileEncoder::create(separate, {}));
 }
 
 }  // namespace

@@ -6,26 +6,6 @@
 #include "nadir/tiff/cog.h"
 
 namespace nadir::pyramid {
-namespace {
-
-/// Appends what `encoder` packs, between its leader and its trailer. Its size.
-Result<std::uint32_t> append(const tiff::TileEncoder& encoder, const std::byte* first_row, std::size_t stride,
-                             RawBytes& out) {
-  const std::size_t begin = out.size();
-  out.resize(begin + tiff::tile_leader_bytes);
-  const auto packed = encoder.append(first_row, stride, out);
-  if (!packed) return fail(packed);
-  const auto size = static_cast<std::uint32_t>(*packed);
-  std::memcpy(out.data() + begin, &size, sizeof size);
-  // A tile of fewer bytes is led by zeros.
-  const std::size_t end = out.size(), last = std::min<std::size_t>(size, tiff::tile_trailer_bytes);
-  out.resize(end + tiff::tile_trailer_bytes);
-  std::memset(out.data() + end, 0, tiff::tile_trailer_bytes);
-  std::memcpy(out.data() + end + tiff::tile_trailer_bytes - last, out.data() + end - last, last);
-  return size;
-}
-
-}  // namespace
 
 Result<PackedSize> TilePacker::pack(const Block& block, const Window& window, RawBytes& out) const {
   PackedSize size;
@@ -62,7 +42,7 @@ Result<std::uint32_t> TilePacker::pack_imagery(const Block& block, const Window&
     first = padded.data();
     stride = side * texel;
   }
-  return append(imagery_, first, stride, out);
+  return tiff::append_tile(imagery_, first, stride, out);
 }
 
 Result<std::uint32_t> TilePacker::pack_mask(const Block& block, const Window& window, RawBytes& out) const {
@@ -74,7 +54,7 @@ Result<std::uint32_t> TilePacker::pack_mask(const Block& block, const Window& wi
     std::byte* to = bits.data() + static_cast<std::size_t>(y) * side;
     for (std::int32_t x = 0; x < window.width; ++x) to[x] = std::byte{valid[x] != 0};
   }
-  return append(*mask_, bits.data(), side, out);
+  return tiff::append_tile(*mask_, bits.data(), side, out);
 }
 
 }  // namespace nadir::pyramid

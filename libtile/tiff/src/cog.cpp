@@ -72,7 +72,7 @@ std::vector<NewField> fields_of(const TileFormat& format, const std::vector<std:
       number(tags::compression, code_of(format.codec)),
       number(tags::photometric, static_cast<std::uint16_t>(format.photometric)),
       number(tags::samples_per_pixel, static_cast<std::uint16_t>(format.samples)),
-      number(tags::planar_configuration, 1),
+      number(tags::planar_configuration, format.separate ? std::uint16_t{2} : std::uint16_t{1}),
       number(tags::tile_width, static_cast<std::uint16_t>(format.tile_width)),
       number(tags::tile_length, static_cast<std::uint16_t>(format.tile_height)),
       shorts(tags::sample_format, std::vector(format.samples, code_of(format.number)))};
@@ -102,15 +102,15 @@ struct NewDirectory {
   std::uint64_t tiles = 0;
 };
 
-std::uint64_t tile_count(const CogImage& image, const CogLevel& level) {
-  return (std::uint64_t{level.width - 1} / image.format.tile_width + 1) *
-         (std::uint64_t{level.height - 1} / image.format.tile_height + 1);
+std::uint64_t tile_count(const TileFormat& format, const CogLevel& level) {
+  return (std::uint64_t{level.width - 1} / format.tile_width + 1) *
+         (std::uint64_t{level.height - 1} / format.tile_height + 1) * (format.separate ? format.samples : 1);
 }
 
 NewDirectory directory_of(const CogImage& image, std::size_t level, bool mask, bool has_losses, Type offset_type) {
-  NewDirectory directory{
-      fields_of(mask ? *image.mask : image.format, mask ? std::vector<std::uint16_t>() : image.extra_samples), level,
-      mask, tile_count(image, image.levels[level])};
+  const TileFormat& format = mask ? *image.mask : image.format;
+  NewDirectory directory{fields_of(format, mask ? std::vector<std::uint16_t>() : image.extra_samples), level, mask,
+                         tile_count(format, image.levels[level])};
   auto& fields = directory.fields;
   const std::uint32_t kind = (level > 0 ? 1u : 0u) | (mask ? 4u : 0u);
   if (kind != 0) fields.push_back(long_number(tags::new_subfile_type, kind));
@@ -309,6 +309,22 @@ CogArrangement arrange(const CogImage& image, std::span<const TileSizes> sizes, 
 }
 
 }  // namespace
+
+Result<std::uint32_t> append_tile(const TileEncoder& encoder, const std::byte* first_row, std::size_t stride,
+                                  RawBytes& out) {
+  const std::size_t begin = out.size();
+  out.resize(begin + tile_leader_bytes);
+  const auto packed = encoder.append(first_row, stride, out);
+  if (!packed) return fail(packed);
+  const auto size = static_cast<std::uint32_t>(*packed);
+  std::memcpy(out.data() + begin, &size, sizeof size);
+  // A tile of fewer bytes is led by zeros.
+  const std::size_t end = out.size(), last = std::min<std::size_t>(size, tile_trailer_bytes);
+  out.resize(end + tile_trailer_bytes);
+  std::memset(out.data() + end, 0, tile_trailer_bytes);
+  std::memcpy(out.data() + end + tile_trailer_bytes - last, out.data() + end - last, last);
+  return size;
+}
 
 CogArrangement arrange(const CogImage& image, std::span<const TileSizes> sizes, std::span<const TileLosses> losses,
                        std::uint64_t spare_bytes) {

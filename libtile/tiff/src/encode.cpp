@@ -45,7 +45,7 @@ Result<void> check_samples(const TileFormat& format) {
   const bool bit = format.bits == 1 && format.samples == 1 && format.number == Number::Unsigned;
   if (!bit && (!whole || (format.number == Number::Float && format.bits < 32)))
     return refuse(fmt::format("samples of {} bits are not written", format.bits));
-  if (format.big_endian || format.separate) return refuse("only little-endian tiles of interleaved bands are written");
+  if (format.big_endian) return refuse("only little-endian tiles are written");
   const bool bytes = format.bits == 8 && format.number == Number::Unsigned;
   switch (format.codec) {
     case Codec::Jpeg:
@@ -67,6 +67,8 @@ Result<void> check_samples(const TileFormat& format) {
   }
   const bool streams = format.codec == Codec::Deflate || format.codec == Codec::Zstd || format.codec == Codec::Lzw ||
                        format.codec == Codec::Lzma;
+  if (format.separate && !streams && format.codec != Codec::None)
+    return refuse(fmt::format("{} is written with interleaved bands only", to_string(format.codec)));
   if (format.predictor != Predictor::None && (!streams || bit))
     return refuse(fmt::format("{} has no predictor", to_string(format.codec)));
   if (format.predictor == Predictor::FloatingPoint && format.number != Number::Float)

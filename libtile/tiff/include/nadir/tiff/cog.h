@@ -6,8 +6,10 @@
 #include <span>
 #include <vector>
 
+#include "nadir/base/raw_bytes.h"
 #include "nadir/base/result.h"
 #include "nadir/tiff/directory.h"
+#include "nadir/tiff/encode.h"
 
 namespace nadir::tiff {
 
@@ -25,7 +27,7 @@ struct CogLevel {
 
 /// A cloud-optimized GeoTIFF before it has tiles.
 struct CogImage {
-  TileFormat format;                         // of imagery in all levels; bands are interleaved
+  TileFormat format;                         // of imagery in all levels
   std::vector<std::uint16_t> extra_samples;  // 2: alpha not multiplied into the colours, 0: unspecified
   std::optional<TileFormat> mask;            // of 1 bit, same tile size, where validity lies in masks of its own
   std::vector<CogLevel> levels;              // level 0 first
@@ -33,7 +35,8 @@ struct CogImage {
   std::vector<NewField> shared_fields;       // of all levels: nodata, colours
 };
 
-/// Bytes of each packed tile of a level, row by row; 0 where there is none. `mask` is empty where the image has none.
+/// Bytes of each packed tile of a level, row by row, of one band after the other where they are separate; 0 where there
+/// is none. `mask` is empty where the image has none.
 struct TileSizes {
   std::vector<std::uint32_t> imagery, mask;
 };
@@ -58,6 +61,11 @@ inline constexpr std::uint16_t tile_losses = 65110;
 
 /// Every tile is led by its size in 4 bytes and followed by its last 4 bytes once more, as GDAL's notes promise.
 inline constexpr std::uint64_t tile_leader_bytes = 4, tile_trailer_bytes = 4;
+
+/// Packs a tile, as TileEncoder::append takes it, and appends it between its leader and its trailer. Its size in bytes
+/// without them.
+Result<std::uint32_t> append_tile(const TileEncoder& encoder, const std::byte* first_row, std::size_t stride,
+                                  RawBytes& out);
 
 /// Lays a file out: header, then tiles from the coarsest level to level 0, each level row by row and each tile's mask
 /// behind it, then losses.
