@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstring>
 
 namespace nadir::render {
 namespace {
@@ -60,12 +59,15 @@ TEST(TruthPlanes, OnTheCurvedEarthKeepTheirHeightAndSteepenTowardsTheHorizon) {
 }
 
 TEST(TruthPlanes, AreTheSameForAnyThreads) {
-  const ExactChain chain = chain_over(Ellipsoid(Geodetic::degrees(0, 0, 0), 0), 1000, 60);
-  const TruthPlanes one = truth_planes(chain, 1), two = truth_planes(chain, 2);
-  EXPECT_EQ(std::memcmp(one.latitude_deg.data(), two.latitude_deg.data(), 8 * one.latitude_deg.size()), 0);
-  EXPECT_EQ(std::memcmp(one.ground_sample_distance_m.data(), two.ground_sample_distance_m.data(),
-                        4 * one.ground_sample_distance_m.size()),
-            0);
+  const ExactChain chain = chain_over(Ellipsoid(Geodetic::degrees(0, 0, 0), 0), 1000, 75);
+  const TruthPlanes one = truth_planes(chain, 1);
+  ASSERT_TRUE(std::isnan(one.range_m.front())) << "NaN is there to be compared";
+  EXPECT_TRUE(one == truth_planes(chain, 2));
+  for (auto plane : {&TruthPlanes::height_m, &TruthPlanes::ground_sample_distance_m}) {
+    TruthPlanes other = one;
+    (other.*plane).back() = std::nextafter((other.*plane).back(), HUGE_VALF);
+    EXPECT_FALSE(one == other);
+  }
 }
 
 }  // namespace

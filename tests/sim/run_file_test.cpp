@@ -38,7 +38,7 @@ vehicles:
   copter:
     model: poses
     poses: flown.csv
-record: {frames: false, telemetry: none, telemetry_rate_hz: 0.5, report: false, truth_rows: true}
+record: {frames: false, telemetry: none, telemetry_rate_hz: 0.5, report: false, truth_rows: true, truth_planes: true}
 duration_s: 60.000000001
 )";
 
@@ -117,7 +117,7 @@ TEST_F(RunFileText, EveryKeyArrivesWhereItBelongs) {
   EXPECT_EQ(plane.sensors[1].second.off_map, render::OffMap::Reject);
   EXPECT_EQ(run.vehicles[1].second.poses, "flown.csv");
   EXPECT_FALSE(run.record_frames || run.record_telemetry || run.record_report);
-  EXPECT_TRUE(run.record_truth_rows);
+  EXPECT_TRUE(run.record_truth_rows && run.record_truth_planes);
   EXPECT_EQ(run.telemetry_rate.time_ns(1), 2'000'000'000);
 }
 
@@ -130,7 +130,7 @@ TEST_F(RunFileText, WhatIsNotSaidHasTheDocumentedDefault) {
   EXPECT_FALSE(run.flat_earth);
   EXPECT_EQ(run.quality, render::Quality::balanced);
   EXPECT_TRUE(run.record_frames && run.record_telemetry && run.record_report);
-  EXPECT_FALSE(run.record_truth_rows);
+  EXPECT_FALSE(run.record_truth_rows || run.record_truth_planes);
   EXPECT_EQ(run.telemetry_rate.time_ns(50), 1'000'000'000);
   const VehicleSetup& vehicle = run.vehicles[0].second;
   EXPECT_EQ(vehicle.model, "aerosonde");

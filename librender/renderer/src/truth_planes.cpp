@@ -5,6 +5,7 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
+#include <cstring>
 #include <limits>
 
 namespace nadir::render {
@@ -52,14 +53,24 @@ void fill_row(const ExactChain& chain, int y, TruthPlanes& planes) {
 
 }  // namespace
 
-TruthPlanes truth_planes(const ExactChain& chain, int threads) {
-  TruthPlanes planes;
-  planes.width = chain.camera().width_px();
-  planes.height = chain.camera().height_px();
-  const std::size_t pixels = static_cast<std::size_t>(planes.width) * static_cast<std::size_t>(planes.height);
-  for (auto* plane : {&planes.longitude_deg, &planes.latitude_deg}) plane->assign(pixels, nan);
-  for (auto* plane : {&planes.height_m, &planes.range_m, &planes.incidence_deg, &planes.ground_sample_distance_m})
+TruthPlanes::TruthPlanes(int width_px, int height_px) : width(width_px), height(height_px) {
+  const std::size_t pixels = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
+  for (auto* plane : {&longitude_deg, &latitude_deg}) plane->assign(pixels, nan);
+  for (auto* plane : {&height_m, &range_m, &incidence_deg, &ground_sample_distance_m})
     plane->assign(pixels, static_cast<float>(nan));
+}
+
+bool TruthPlanes::operator==(const TruthPlanes& other) const {
+  const auto same = [](const auto& a, const auto& b) {
+    return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof a.front()) == 0;
+  };
+  return width == other.width && height == other.height && same(longitude_deg, other.longitude_deg) &&
+         same(latitude_deg, other.latitude_deg) && same(height_m, other.height_m) && same(range_m, other.range_m) &&
+         same(incidence_deg, other.incidence_deg) && same(ground_sample_distance_m, other.ground_sample_distance_m);
+}
+
+TruthPlanes truth_planes(const ExactChain& chain, int threads) {
+  TruthPlanes planes(chain.camera().width_px(), chain.camera().height_px());
   tbb::task_arena arena(threads > 0 ? threads : tbb::task_arena::automatic);
   arena.execute([&] { tbb::parallel_for(0, planes.height, [&](int y) { fill_row(chain, y, planes); }); });
   return planes;

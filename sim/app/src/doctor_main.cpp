@@ -8,6 +8,7 @@
 
 #include "command.h"
 #include "nadir/base/text.h"
+#include "nadir/render/truth_planes.h"
 #include "nadir/sim/run.h"
 
 namespace nadir::app {
@@ -95,6 +96,17 @@ class Doctor {
       }
     }
     if (exposures.empty()) return {};
+    const auto pixels =
+        static_cast<std::uint64_t>(sensor.camera.width_px()) * static_cast<std::uint64_t>(sensor.camera.height_px());
+    std::uint64_t planes_bytes = 0;
+    if (run.file().record_frames && run.file().record_truth_planes) {
+      const auto start = std::chrono::steady_clock::now();
+      render::truth_planes({sensor.camera, exposures.front().first, sensor.scene.surface()});
+      const double planes_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+      note(Finding::Kind::Note, fmt::format("{}: its truth planes take {:.0f} ms a frame", name, 1e3 * planes_s));
+      work_s_ += static_cast<double>(count) * planes_s;
+      planes_bytes = pixels * (2 * sizeof(double) + 4 * sizeof(float));
+    }
     note(Finding::Kind::Good, fmt::format("{}: {} frames of {} x {} at {:g} Hz; {:.1f} ms each once its tiles are "
                                           "read, {:.1f} ms before (this machine, now)",
                                           name, count, sensor.camera.width_px(), sensor.camera.height_px(),
@@ -116,11 +128,9 @@ class Doctor {
                      on_map == exposures.size() ? "" : "; `nadir fly --dry-run` draws where"));
     note(Finding::Kind::Good, fmt::format("{}: geometry within {:.2g} px of exact (tolerance {} px)", name, geometry_px,
                                           run.file().geometry_tolerance_px));
+    const tile::CellSource& source = *sensor.scene.layers().front().source;
     frame_bytes_ =
-        std::max(frame_bytes_, static_cast<std::uint64_t>(sensor.camera.width_px()) * sensor.camera.height_px() *
-                                   (sensor.scene.layers().front().source->bands().size() *
-                                        tile::size_bytes(sensor.scene.layers().front().source->type()) +
-                                    1));
+        std::max(frame_bytes_, pixels * (source.bands().size() * tile::size_bytes(source.type()) + 1) + planes_bytes);
     return {};
   }
 

@@ -99,7 +99,7 @@ Result<void> run(const FlyArguments& arguments) {
     auto created = record::Dataset::create(arguments.folder, /*force=*/true);
     if (!created) return fail(created);
     dataset.emplace(std::move(*created));
-    frame_sink.emplace(*run, *dataset);
+    frame_sink.emplace(*run, *dataset, arguments.threads);
     for (const sim::PreparedSensor& sensor : run->sensors())
       if (auto ok = dataset->add_camera(sensor.vehicle, sensor.camera); !ok) return ok;
   }

@@ -130,7 +130,12 @@ void add_render_options(CLI::App& app, RenderArguments& a) {
   app.add_option("--vehicle", a.vehicle, "name in the folder and the records")->capture_default_str()->group("Output");
   app.add_flag("--force", a.force, "replace an earlier dataset in the folder")->group("Output");
   app.add_flag("--no-pictures", a.no_pictures, "no contact sheets and no maps with footprints")->group("Output");
-  app.add_flag("--no-output", a.no_output, "render and measure only")->group("Output");
+  CLI::Option* no_output = app.add_flag("--no-output", a.no_output, "render and measure only")->group("Output");
+  app.add_flag("--truth-planes", a.truth_planes,
+               "beside each frame <nanoseconds>.truth.tif: longitude, latitude, height, range, incidence angle and "
+               "ground sample distance of every pixel")
+      ->excludes(no_output)
+      ->group("Output");
   app.add_flag("--explain", a.explain, "say how the first frame is made, what is left out, and why")->group("Output");
   app.add_flag("--json", a.json, "summary (and explanation) for programs")->group("Output");
   app.footer(

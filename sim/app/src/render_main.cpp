@@ -119,8 +119,11 @@ Result<void> render_frames(const RenderArguments& arguments, const render::Rende
     if (frame_options.explain) summary.explanation = frame->explanation();
     if (!arguments.no_pictures && dataset) overview.add(frame->truth(), pose.time_ns);
     if (!dataset) continue;
-    if (auto ok =
-            dataset->add(std::move(*frame), pose.time_ns, arguments.vehicle, options.off_map == render::OffMap::Mask);
+    std::optional<render::TruthPlanes> planes;
+    if (arguments.truth_planes)
+      planes = render::truth_planes({camera, pose.ecef_from_camera, scene.surface()}, arguments.threads);
+    if (auto ok = dataset->add(std::move(*frame), pose.time_ns, arguments.vehicle,
+                               options.off_map == render::OffMap::Mask, std::move(planes));
         !ok)
       return ok;
   }

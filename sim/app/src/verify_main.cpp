@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <random>
 #include <sstream>
 
@@ -13,6 +14,7 @@
 #include "nadir/base/text.h"
 #include "nadir/record/frame_record.h"
 #include "nadir/record/image_files.h"
+#include "nadir/record/truth_plane_file.h"
 #include "nadir/sim/run.h"
 
 namespace nadir::app {
@@ -80,8 +82,10 @@ class Verifier final : public sim::Sink {
     compare_truth(key, record, event.truth);
     if (!fs::is_regular_file(folder_ / record["file"].get<std::string>()))
       complain(fmt::format("{}: its file {} is missing", key.text(), record["file"].get<std::string>()));
-    if (std::binary_search(chosen_.begin(), chosen_.end(), key)) return compare_pixels(key, record, event);
-    return {};
+    const auto planes = planes_file(key, record);
+    if (!std::binary_search(chosen_.begin(), chosen_.end(), key)) return {};
+    if (planes) compare_planes(key, *planes, event);
+    return compare_pixels(key, record, event);
   }
 
   Result<void> finish() override {
@@ -90,7 +94,7 @@ class Verifier final : public sim::Sink {
     return {};
   }
 
-  std::int64_t truths = 0, rendered = 0;
+  std::int64_t truths = 0, rendered = 0, planes_compared = 0;
   std::vector<std::string> complaints;
 
  private:
@@ -110,10 +114,34 @@ class Verifier final : public sim::Sink {
         complain(fmt::format("{}: its {} is not what the run gives", key.text(), field));
   }
 
+  /// The file of a frame's truth planes, where it has one.
+  std::optional<fs::path> planes_file(const FrameKey& key, const Json& record) {
+    const Json named = record.value("truth_planes", Json());
+    if (named.is_string() != run_.file().record_truth_planes)
+      complain(fmt::format("{}: it {} truth planes, and the run file asks for {}", key.text(),
+                           named.is_string() ? "has" : "has no", named.is_string() ? "none" : "them"));
+    if (!named.is_string()) return {};
+    const fs::path file = folder_ / named.get<std::string>();
+    if (fs::is_regular_file(file)) return file;
+    complain(fmt::format("{}: its file {} is missing", key.text(), named.get<std::string>()));
+    return {};
+  }
+
+  /// Every pixel of every plane, to the last bit.
+  void compare_planes(const FrameKey& key, const fs::path& file, const sim::FrameEvent& event) {
+    const auto found = record::read_truth_planes(file);
+    if (!found) {
+      complain(fmt::format("{}: {}", key.text(), found.error().message));
+      return;
+    }
+    const render::TruthPlanes again =
+        render::truth_planes(sim::exact_chain(event.state, run_.sensor(event.vehicle, event.sensor)));
+    ++planes_compared;
+    if (*found != again) complain(fmt::format("{}: its truth planes are not what the run gives", key.text()));
+  }
+
   Result<void> compare_pixels(const FrameKey& key, const Json& record, const sim::FrameEvent& event) {
-    const sim::PreparedSensor& sensor = *std::find_if(run_.sensors().begin(), run_.sensors().end(), [&](const auto& s) {
-      return s.vehicle == event.vehicle && s.name == event.sensor;
-    });
+    const sim::PreparedSensor& sensor = run_.sensor(event.vehicle, event.sensor);
     const auto frame = renderer_.render(sensor.scene, sensor.camera, sim::camera_pose(event.state, sensor),
                                         run_.render_options(sensor));
     if (!frame) return fail(frame);
@@ -159,6 +187,7 @@ Result<void> run(const fs::path& folder, std::size_t frames, std::uint64_t seed,
     fmt::print("{}\n", nlohmann::ordered_json{{"records", total},
                                               {"truths_compared", verifier.truths},
                                               {"frames_rendered", verifier.rendered},
+                                              {"truth_planes_compared", verifier.planes_compared},
                                               {"complaints", verifier.complaints}}
                            .dump(2));
   } else {
@@ -166,8 +195,9 @@ Result<void> run(const fs::path& folder, std::size_t frames, std::uint64_t seed,
     for (std::size_t i = 0; i < std::min(most, verifier.complaints.size()); ++i)
       fmt::print("{}\n", verifier.complaints[i]);
     if (verifier.complaints.size() > most) fmt::print("... and {} more\n", verifier.complaints.size() - most);
-    fmt::print("{} records; truth recomputed for {}, {} frames rendered again\n", total, verifier.truths,
-               verifier.rendered);
+    fmt::print(
+        "{} records; truth recomputed for {}, {} frames rendered again{}\n", total, verifier.truths, verifier.rendered,
+        verifier.planes_compared > 0 ? fmt::format(", {} with their truth planes", verifier.planes_compared) : "");
   }
   if (!verifier.complaints.empty())
     return fail(Error::Kind::Malformed,
@@ -182,8 +212,8 @@ Result<void> run(const fs::path& folder, std::size_t frames, std::uint64_t seed,
 
 int main(int argc, char** argv) {
   CLI::App app(
-      "Checks a dataset of nadir fly: recomputes the truth of every frame, renders some again, compares checksums and "
-      "files.",
+      "Checks a dataset of nadir fly: recomputes the truth of every frame, renders some again and their truth planes, "
+      "compares checksums and files.",
       "nadir verify");
   std::string folder;
   std::size_t frames = 10;

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cassert>
 #include <chrono>
 
 #include "flight.h"
@@ -67,6 +69,13 @@ Result<Run> Run::prepare(const RunFile& file) {
   return run;
 }
 
+const PreparedSensor& Run::sensor(std::string_view vehicle, std::string_view name) const {
+  const auto found = std::find_if(sensors_.begin(), sensors_.end(),
+                                  [&](const PreparedSensor& s) { return s.vehicle == vehicle && s.name == name; });
+  assert(found != sensors_.end());
+  return *found;
+}
+
 render::RenderOptions Run::render_options(const PreparedSensor& sensor) const {
   return {.quality = file_.quality,
           .geometry_tolerance_px = file_.geometry_tolerance_px,
@@ -76,6 +85,10 @@ render::RenderOptions Run::render_options(const PreparedSensor& sensor) const {
 
 render::CameraPose camera_pose(const VehicleState& state, const PreparedSensor& sensor) {
   return state.ecef_from_body * sensor.body_from_camera;
+}
+
+render::ExactChain exact_chain(const VehicleState& state, const PreparedSensor& sensor) {
+  return {sensor.camera, camera_pose(state, sensor), sensor.scene.surface()};
 }
 
 Result<RunSummary> Run::execute(render::Renderer& renderer, std::span<Sink* const> sinks, bool render_frames,
@@ -127,9 +140,9 @@ Result<RunSummary> Run::execute(render::Renderer& renderer, std::span<Sink* cons
               rejected = rendered.error().message;
             }
           }
-          const render::ExactChain chain(sensor.camera, camera_pose(*state, sensor), sensor.scene.surface());
           const render::Truth truth =
-              frame ? frame->truth() : render::geometric_truth(chain, sensor.scene.layers().front().source->map());
+              frame ? frame->truth()
+                    : render::geometric_truth(exact_chain(*state, sensor), sensor.scene.layers().front().source->map());
           const FrameEvent event{sensor.vehicle, sensor.name, *state, frame ? &*frame : nullptr, truth, rejected};
           for (Sink* sink : sinks)
             if (auto ok = sink->on_frame(event); !ok) return ok;

@@ -189,6 +189,7 @@ void read_record(const YamlMap& yaml, RunFile& run) {
   take_rate(yaml, "telemetry_rate_hz", run.telemetry_rate, run.telemetry_rate_text);
   take(yaml.flag("report"), run.record_report);
   take(yaml.flag("truth_rows"), run.record_truth_rows);
+  take(yaml.flag("truth_planes"), run.record_truth_planes);
 }
 
 void read_run(const YamlMap& yaml, RunFile& run) {
@@ -323,9 +324,10 @@ std::string to_yaml(const RunFile& run) {
                       run.geometry_tolerance_px);
   for (const auto& [name, vehicle] : run.vehicles)
     text += fmt::format("  {}:\n{}", yaml_quoted(name), vehicle_text(run, vehicle));
-  text += fmt::format("record: {{frames: {}, telemetry: {}, telemetry_rate_hz: {}, report: {}, truth_rows: {}}}\n",
-                      run.record_frames, run.record_telemetry ? "csv" : "none", run.telemetry_rate_text,
-                      run.record_report, run.record_truth_rows);
+  text += fmt::format(
+      "record: {{frames: {}, telemetry: {}, telemetry_rate_hz: {}, report: {}, truth_rows: {}, truth_planes: {}}}\n",
+      run.record_frames, run.record_telemetry ? "csv" : "none", run.telemetry_rate_text, run.record_report,
+      run.record_truth_rows, run.record_truth_planes);
   return text;
 }
 

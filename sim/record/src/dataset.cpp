@@ -8,6 +8,7 @@
 
 #include "nadir/base/files.h"
 #include "nadir/record/image_files.h"
+#include "nadir/record/truth_plane_file.h"
 
 namespace nadir::record {
 namespace fs = std::filesystem;
@@ -20,9 +21,14 @@ bool fits_png(const render::FrameLayer& layer) {
   return (layer.type == tile::SampleType::UInt8 || layer.type == tile::SampleType::UInt16) && layer.bands <= 4;
 }
 
+/// Where a frame's files lie in the dataset, without their endings.
+std::string stem_of(const std::string& vehicle, const std::string& sensor, std::int64_t time_ns) {
+  return fmt::format("frames/{}/{}/{:015}", vehicle, sensor, time_ns);
+}
+
 Result<std::string> write_layer(const ImageFiles& images, const fs::path& folder, const render::FrameLayer& layer,
                                 FrameFile file, bool mask) {
-  const std::string stem = fmt::format("frames/{}/{}/{:015}", file.vehicle, file.sensor, file.time_ns);
+  const std::string stem = stem_of(file.vehicle, file.sensor, file.time_ns);
   file.file = stem + (fits_png(layer) ? ".png" : ".tif");
   if (auto ok =
           images.write(folder / file.file, {layer.samples.data(), layer.type, layer.width, layer.height, layer.bands});
@@ -39,6 +45,24 @@ Result<std::string> write_layer(const ImageFiles& images, const fs::path& folder
       return fail(ok);
   }
   return frame_record(file, layer) + "\n";
+}
+
+/// Writes all files of a frame and returns its records.
+Result<std::string> write_frame(const ImageFiles& images, const fs::path& folder, const render::Frame& frame,
+                                std::int64_t time_ns, const std::string& vehicle, bool masks,
+                                const std::optional<render::TruthPlanes>& planes) {
+  std::string planes_file;
+  if (planes) {
+    planes_file = stem_of(vehicle, frame.layer().name, time_ns) + ".truth.tif";
+    if (auto ok = write_truth_planes(folder / planes_file, *planes); !ok) return fail(ok);
+  }
+  std::string lines;
+  for (const render::FrameLayer& layer : frame.layers()) {
+    const auto line = write_layer(images, folder, layer, {{}, {}, planes_file, vehicle, layer.name, time_ns}, masks);
+    if (!line) return line;
+    lines += *line;
+  }
+  return lines;
 }
 
 }  // namespace
@@ -74,22 +98,16 @@ Result<void> Dataset::add_camera(const std::string& vehicle, const render::Camer
   return write_file(folder_ / "camera" / vehicle / (camera.name() + ".yaml"), camera.to_yaml());
 }
 
-Result<void> Dataset::add(render::Frame frame, std::int64_t time_ns, const std::string& vehicle, bool masks) {
+Result<void> Dataset::add(render::Frame frame, std::int64_t time_ns, const std::string& vehicle, bool masks,
+                          std::optional<render::TruthPlanes> planes) {
   const auto images = image_files();
   if (!images) return fail(images);
   while (pending_.size() >= most_pending)
     if (auto ok = append_oldest(); !ok) return ok;
-  pending_.push_back(std::async(
-      std::launch::async,
-      [images = *images, folder = folder_, frame = std::move(frame), time_ns, vehicle, masks]() -> Result<std::string> {
-        std::string lines;
-        for (const render::FrameLayer& layer : frame.layers()) {
-          const auto line = write_layer(*images, folder, layer, {{}, {}, vehicle, layer.name, time_ns}, masks);
-          if (!line) return line;
-          lines += *line;
-        }
-        return lines;
-      }));
+  pending_.push_back(std::async(std::launch::async, [images = *images, folder = folder_, frame = std::move(frame),
+                                                     time_ns, vehicle, masks, planes = std::move(planes)] {
+    return write_frame(*images, folder, frame, time_ns, vehicle, masks, planes);
+  }));
   return {};
 }
 
@@ -97,7 +115,7 @@ Result<void> Dataset::add_rejected(const std::vector<std::string>& sensors, std:
                                    const std::string& vehicle, const std::string& reason) {
   std::string lines;
   for (const std::string& sensor : sensors)
-    lines += rejected_frame_record({{}, {}, vehicle, sensor, time_ns}, reason) + "\n";
+    lines += rejected_frame_record({{}, {}, {}, vehicle, sensor, time_ns}, reason) + "\n";
   pending_.push_back(std::async(std::launch::deferred, [lines]() -> Result<std::string> { return lines; }));
   return {};
 }

@@ -70,6 +70,7 @@ Json head(const FrameFile& file) {
   return {{"format_version", format_version},
           {"file", file.file.empty() ? Json(nullptr) : Json(file.file)},
           {"mask_file", file.mask_file.empty() ? Json(nullptr) : Json(file.mask_file)},
+          {"truth_planes", file.truth_planes.empty() ? Json(nullptr) : Json(file.truth_planes)},
           {"vehicle", file.vehicle},
           {"sensor", file.sensor},
           {"time_ns", file.time_ns}};

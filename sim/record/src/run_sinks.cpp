@@ -35,11 +35,11 @@ Result<void> LineFile::close() {
 
 Result<void> FrameSink::on_frame(const sim::FrameEvent& event) {
   if (!event.frame) return dataset_.add_rejected({event.sensor}, event.state.time_ns, event.vehicle, event.rejected);
-  bool masks = true;
-  for (const sim::PreparedSensor& sensor : run_.sensors())
-    if (sensor.vehicle == event.vehicle && sensor.name == event.sensor)
-      masks = sensor.setup.off_map == render::OffMap::Mask;
-  return dataset_.add(*event.frame, event.state.time_ns, event.vehicle, masks);
+  const sim::PreparedSensor& sensor = run_.sensor(event.vehicle, event.sensor);
+  std::optional<render::TruthPlanes> planes;
+  if (run_.file().record_truth_planes) planes = render::truth_planes(sim::exact_chain(event.state, sensor), threads_);
+  return dataset_.add(*event.frame, event.state.time_ns, event.vehicle, sensor.setup.off_map == render::OffMap::Mask,
+                      std::move(planes));
 }
 
 Result<void> TelemetrySink::on_state(const std::string& vehicle, const sim::VehicleState& state) {

@@ -5,6 +5,7 @@
 #include <set>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "nadir/render/renderer.h"
@@ -45,6 +46,7 @@ class Run {
   const RunFile& file() const { return file_; }
   const render::Surface& ground() const { return ground_; }
   const std::vector<PreparedSensor>& sensors() const { return sensors_; }
+  const PreparedSensor& sensor(std::string_view vehicle, std::string_view name) const;  // there must be one
   const std::vector<PreparedVehicle>& vehicles() const { return vehicles_; }
   const std::vector<std::pair<std::string, tile::Map>>& layers() const { return layers_; }
   const std::vector<std::pair<std::string, tile::Map>>& onboard() const { return onboard_; }
@@ -65,5 +67,8 @@ class Run {
 
 /// The pose of a sensor's camera on a vehicle.
 render::CameraPose camera_pose(const VehicleState& state, const PreparedSensor& sensor);
+
+/// From a sensor's pixels to the ground.
+render::ExactChain exact_chain(const VehicleState& state, const PreparedSensor& sensor);
 
 }  // namespace nadir::sim

@@ -94,7 +94,8 @@ struct RunFile {
   render::Quality quality = render::Quality::balanced;
   double geometry_tolerance_px = 0.05;
 
-  bool record_frames = true, record_telemetry = true, record_report = true, record_truth_rows = false;
+  bool record_frames = true, record_telemetry = true, record_report = true;
+  bool record_truth_rows = false, record_truth_planes = false;
   Rate telemetry_rate = {50, 1'000'000'000};
   std::string telemetry_rate_text = "50";
 

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <future>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -13,6 +14,7 @@
 #include "nadir/record/frame_record.h"
 #include "nadir/render/camera.h"
 #include "nadir/render/frame.h"
+#include "nadir/render/truth_planes.h"
 
 namespace nadir::record {
 
@@ -23,7 +25,8 @@ Result<void> clear_dataset(const std::filesystem::path& folder, bool force);
 /// A folder of frames and their truth: frames/<vehicle>/<sensor>/<nanoseconds>.{png,tif}, camera/, frames.jsonl.
 ///
 /// uint8 and uint16 of up to four bands become PNG, all else TIFF. Invalid pixels are told by a mask beside the frame
-/// (<nanoseconds>.mask.png, 255 valid, 0 not), written where there are any. Images are written in the background, two
+/// (<nanoseconds>.mask.png, 255 valid, 0 not), written where there are any; what each pixel sees, where it is given, by
+/// <nanoseconds>.truth.tif (truth_plane_file.h). Images are written in the background, two
 /// frames behind at most; a frame's record is written after its image, so that what frames.jsonl lists is there. One
 /// thread at a time.
 class Dataset {
@@ -36,8 +39,10 @@ class Dataset {
 
   Result<void> add_camera(const std::string& vehicle, const render::Camera& camera);
 
-  /// Each layer is a sensor of that name. `masks`: write masks; else invalid pixels stand as they are.
-  Result<void> add(render::Frame frame, std::int64_t time_ns, const std::string& vehicle, bool masks);
+  /// Each layer is a sensor of that name. `masks`: write masks; else invalid pixels stand as they are. `planes`: of the
+  /// frame's pose, which all layers share: one file, in the first one's folder, that the records of all name.
+  Result<void> add(render::Frame frame, std::int64_t time_ns, const std::string& vehicle, bool masks,
+                   std::optional<render::TruthPlanes> planes = {});
   Result<void> add_rejected(const std::vector<std::string>& sensors, std::int64_t time_ns, const std::string& vehicle,
                             const std::string& reason);
 

@@ -9,8 +9,9 @@ namespace nadir::record {
 
 /// What a dataset knows of a frame beside its truth.
 struct FrameFile {
-  std::string file;       // path in the dataset
-  std::string mask_file;  // empty where every pixel is valid, or invalid ones were filled
+  std::string file;          // path in the dataset
+  std::string mask_file;     // empty where every pixel is valid, or invalid ones were filled
+  std::string truth_planes;  // path in the dataset; empty where they were not asked for
   std::string vehicle, sensor;
   std::int64_t time_ns = 0;
 };

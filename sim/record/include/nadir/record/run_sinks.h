@@ -26,16 +26,18 @@ class LineFile {
   std::unique_ptr<std::FILE, CloseFile> file_;
 };
 
-/// Writes frames, masks and their truth into a dataset.
+/// Writes frames, masks and their truth into a dataset; truth planes too, where the run file asks for them.
 class FrameSink final : public sim::Sink {
  public:
-  FrameSink(const sim::Run& run, Dataset& dataset) : run_(run), dataset_(dataset) {}
+  /// `threads`: for truth planes; 0 for all the machine has.
+  FrameSink(const sim::Run& run, Dataset& dataset, int threads) : run_(run), dataset_(dataset), threads_(threads) {}
   Result<void> on_frame(const sim::FrameEvent& event) override;
   Result<void> finish() override { return dataset_.finish(); }
 
  private:
   const sim::Run& run_;
   Dataset& dataset_;
+  const int threads_;
 };
 
 /// Writes telemetry/<vehicle>/state.csv: time, pose in WGS-84 and in the scene, and what a flown vehicle knows of
