@@ -10,8 +10,10 @@ import tempfile
 import unittest
 
 import jsonschema
+from osgeo import gdal, ogr
 
 NADIR = os.environ["NADIR_BIN"]
+gdal.UseExceptions()
 SOURCE = pathlib.Path(os.environ["NADIR_SOURCE_DIR"])
 MAPS = SOURCE / "sim/demo/maps"
 RUNS = SOURCE / "sim/demo/runs"
@@ -57,6 +59,55 @@ class Dataset(unittest.TestCase):
         broken = dict(records[0], time_ns="0")
         with self.assertRaises(jsonschema.ValidationError):
             jsonschema.validate(broken, schema)
+
+    def test_footprints_are_geojson_that_gdal_opens(self):
+        done = spain(self.out / "a")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        path = self.out / "a/footprints.geojson"
+        schema = json.loads((SOURCE / "sim/record/footprints.schema.json").read_text())
+        jsonschema.Draft7Validator.check_schema(schema)
+        collection = json.loads(path.read_text())
+        jsonschema.validate(collection, schema)
+        records = records_of(self.out / "a")
+        self.assertEqual([f["geometry"] for f in collection["features"]], [r["footprint"]["geometry"] for r in records])
+        opened = gdal.OpenEx(str(path), gdal.OF_VECTOR)
+        layer = opened.GetLayer()
+        self.assertEqual(layer.GetFeatureCount(), len(records))
+        for feature, record in zip(layer, records):
+            area = feature.GetGeometryRef()
+            self.assertTrue(area.IsValid())
+            self.assertEqual(feature["file"], record["file"])
+            camera = ogr.Geometry(ogr.wkbPoint)
+            camera.AddPoint_2D(record["pose"]["lon_deg"], record["pose"]["lat_deg"])
+            self.assertTrue(area.Contains(camera), "it looks down")
+
+    def test_footprints_across_the_antimeridian_around_poles_and_from_orbit(self):
+        camera = self.out / "wide.yaml"
+        camera.write_text("image_width: 64\nimage_height: 64\ncamera_name: wide\n"
+                          "camera_matrix: {rows: 3, cols: 3, data: [30, 0, 31.5, 0, 30, 31.5, 0, 0, 1]}\n")
+        poses = self.out / "poses.csv"
+        # Across 180; around each pole; the Earth from afar, on whose disc both 180 and a pole lie
+        places = [(10, 179.9, 100e3), (89.9, 20, 100e3), (-89.9, 20, 100e3), (60, 170, 36e6), (0, 20, 100e3)]
+        poses.write_text("t_s,lat_deg,lon_deg,height_m,yaw_deg,pitch_deg,roll_deg\n" +
+                         "".join(f"{i},{lat},{lon},{height},30,0,0\n" for i, (lat, lon, height) in enumerate(places)))
+        done = nadir("render", "--map", MAPS / "naip_2010.tif", "--bands", "1", "--camera", camera, "--poses", poses,
+                     "--surface", "ellipsoid", "-o", self.out / "a", "--no-pictures", "--off-map", "mask")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        schema = json.loads((SOURCE / "sim/record/frames.schema.json").read_text())
+        for record in records_of(self.out / "a"):
+            jsonschema.validate(record, schema)
+        opened = gdal.OpenEx(str(self.out / "a/footprints.geojson"), gdal.OF_VECTOR)
+        areas = [feature.GetGeometryRef().Clone() for feature in opened.GetLayer()]
+        self.assertEqual([area.GetGeometryName() for area in areas], ["MULTIPOLYGON", "POLYGON", "POLYGON", "POLYGON", "POLYGON"])
+        for area, (lat, lon, _) in zip(areas, places):
+            self.assertTrue(area.IsValid())
+            camera_place = ogr.Geometry(ogr.wkbPoint)
+            camera_place.AddPoint_2D(lon, lat)
+            self.assertTrue(area.Contains(camera_place))
+        west, east, south, north = areas[0].GetEnvelope()
+        self.assertEqual((west, east), (-180, 180))
+        self.assertLess(areas[0].GetArea(), 10)
+        self.assertEqual([areas[i].GetEnvelope()[3 if i != 2 else 2] for i in (1, 2, 3)], [90, -90, 90])
 
     def test_layers_of_one_pose_agree_on_geometry(self):
         self.assertEqual(spain(self.out / "a").returncode, 0)

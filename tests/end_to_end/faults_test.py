@@ -11,6 +11,7 @@ import shutil
 import signal
 import subprocess
 import tempfile
+import time
 import unittest
 
 from osgeo import gdal
@@ -214,6 +215,24 @@ class Faults(unittest.TestCase):
                 self.assertEqual(image.read_bytes()[-8:-4], b"IEND", image)
         self.assertEqual(max(listed.values()), 5)
         self.assertEqual(min(listed.values()), 0)
+
+    def test_a_run_that_is_killed_leaves_a_whole_file_of_footprints(self):
+        folder = self.folder / "killed"
+        command = [NADIR, "render", "--map", self.map, "--camera", self.file("camera.yaml", CAMERA.format(width=64)),
+                   "--poses", self.poses(frames=20_000), "-o", folder, "--no-pictures"]
+        process = subprocess.Popen(list(map(str, command)), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        path = folder / "footprints.geojson"
+        end = time.monotonic() + 60
+        while time.monotonic() < end and not (path.exists() and path.stat().st_size > 10_000):
+            time.sleep(0.01)
+        process.kill()
+        process.wait()
+        features = json.loads(path.read_text())["features"]
+        self.assertGreater(len(features), 5)
+        self.assertLess(len(features), 20_000, "it was killed in its middle")
+        # Of the last frame a record may be there, or a part of one, and no footprint yet
+        listed = (folder / "frames.jsonl").read_text().splitlines()
+        self.assertLessEqual(len(listed) - len(features), 1)
 
     def test_every_awkward_file_is_described_or_refused_in_one_line(self):
         for path in sorted(FILES.glob("*.tif")):

@@ -83,7 +83,7 @@ class Fly(unittest.TestCase):
         return path
 
     def assert_same_flight(self, other):
-        patterns = ("frames/**/*", "telemetry/**/*", "camera/**/*", "truth_rows/**/*")
+        patterns = ("frames/**/*", "telemetry/**/*", "camera/**/*", "truth_rows/**/*", "footprints.geojson")
         self.assertEqual(hashes(self.first, *patterns), hashes(other, *patterns))
         self.assertEqual(truth_of(self.first), truth_of(other))
 
@@ -110,6 +110,27 @@ class Fly(unittest.TestCase):
             jsonschema.validate(record, schema)
         listed = {record[key] for record in records for key in ("file", "mask_file") if record[key]}
         self.assertEqual(listed, set(hashes(self.first, "frames/**/*")))
+
+    def test_verify_compares_footprints_with_the_records(self):
+        def verify(folder):
+            return subprocess.run([NADIR, "verify", str(folder), "--frames", "0"], capture_output=True, text=True, timeout=120)
+        done = verify(self.first)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        other = self.folder / "altered"
+        shutil.copytree(self.first, other)
+        path = other / "footprints.geojson"
+        collection = json.loads(path.read_text())
+        collection["features"][1]["geometry"] = None
+        lacking = collection["features"].pop(0)["properties"]
+        path.write_text(json.dumps(collection))
+        done = verify(other)
+        self.assertEqual(done.returncode, 1)
+        self.assertIn(f"{lacking['vehicle']}/{lacking['sensor']} at {lacking['time_ns']} ns: footprints.geojson lacks it", done.stdout)
+        self.assertIn("footprints.geojson has another footprint", done.stdout)
+        path.unlink()
+        done = verify(other)
+        self.assertEqual(done.returncode, 1)
+        self.assertIn("footprints.geojson", done.stderr)
 
     def test_threads_memory_and_pace_change_no_byte(self):
         for name, more in {"threads": ["--threads", 2], "memory": ["--threads", 2, "--cache", "8MiB"], "pace": ["--threads", 1, "--pace", 3]}.items():

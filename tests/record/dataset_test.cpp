@@ -76,6 +76,42 @@ TEST_F(DatasetTest, AFrameThatWasNotMadeIsListedWithItsReason) {
   EXPECT_EQ(records()[1]["rejected"], "outside");
 }
 
+TEST_F(DatasetTest, FootprintsAreAWholeFileAfterEachFrame) {
+  const auto footprints = [&] { return nlohmann::json::parse(test::bytes_of(out() / "footprints.geojson")); };
+  Dataset dataset = Dataset::create(out(), false).value();
+  EXPECT_EQ(footprints(), (nlohmann::json{{"type", "FeatureCollection"}, {"features", nlohmann::json::array()}}));
+  for (int i = 0; i < 5; ++i) {
+    ASSERT_TRUE(dataset.add(frame(150), i, "v", true));
+    ASSERT_TRUE(dataset.add_rejected({"eo"}, i, "v", "outside"));
+    // Two are on their way at most
+    EXPECT_GE(footprints()["features"].size() + 2, static_cast<std::size_t>(i));
+  }
+  ASSERT_TRUE(dataset.finish());
+  ASSERT_EQ(footprints()["features"].size(), 5u) << "what was rejected sees nothing";
+  EXPECT_EQ(records().size(), 10u);
+  for (std::size_t i = 0; i < 5; ++i) {
+    const auto feature = footprints()["features"][i], record = records()[2 * i];
+    EXPECT_EQ(feature["geometry"], record["footprint"]["geometry"]);
+    EXPECT_EQ(feature["properties"]["file"], record["file"]);
+    EXPECT_EQ(feature["properties"]["time_ns"], i);
+    EXPECT_EQ(feature["geometry"]["coordinates"][0].size(), 5u) << "a closed quadrangle";
+  }
+}
+
+TEST_F(DatasetTest, FootprintsStayWholeOnADiskThatIsFull) {
+  auto file = FeatureFile::create(folder.path() / "f.geojson").value();
+  const std::string feature = R"({"type":"Feature","geometry":null,"properties":{}})";
+  ASSERT_TRUE(file.add({feature}));
+  const std::string before = test::bytes_of(folder.path() / "f.geojson");
+  {
+    const test::SmallDisk disk(before.size() + 10);
+    EXPECT_EQ(file.add({feature}).error().kind, Error::Kind::Io);
+  }
+  EXPECT_EQ(test::bytes_of(folder.path() / "f.geojson"), before);
+  ASSERT_TRUE(file.add({feature, feature}));
+  EXPECT_EQ(nlohmann::json::parse(test::bytes_of(folder.path() / "f.geojson"))["features"].size(), 3u);
+}
+
 TEST_F(DatasetTest, AFullDiskIsReportedAndWhatIsListedIsWhole) {
   Dataset dataset = Dataset::create(out(), false).value();
   ASSERT_TRUE(dataset.add(frame(150), 0, "v", true));

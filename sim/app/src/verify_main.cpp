@@ -50,6 +50,42 @@ Result<std::map<FrameKey, Json>> read_records(const fs::path& path) {
   return records;
 }
 
+/// Where footprints.geojson does not say what the records do.
+Result<std::vector<std::string>> compare_footprints(const fs::path& path, const std::map<FrameKey, Json>& records) {
+  constexpr std::size_t limit_bytes = std::size_t{4} << 30;
+  const auto text = read_text_file(path, limit_bytes);
+  if (!text) return fail(text);
+  const Json json = Json::parse(*text, nullptr, /*allow_exceptions=*/false);
+  if (!json.is_object() || !json.value("features", Json()).is_array())
+    return fail(Error::Kind::Malformed, path.string() + ": expected a GeoJSON FeatureCollection");
+  std::map<FrameKey, const Json*> features;
+  for (const Json& feature : json["features"]) {
+    const Json properties = feature.is_object() ? feature.value("properties", Json()) : Json();
+    if (!properties.is_object() || !properties.value("vehicle", Json()).is_string() ||
+        !properties.value("sensor", Json()).is_string() || !properties.value("time_ns", Json()).is_number_integer())
+      return fail(Error::Kind::Malformed, path.string() + ": expected Features of frames");
+    features[{properties["vehicle"], properties["sensor"], properties["time_ns"]}] = &feature;
+  }
+  std::vector<std::string> complaints;
+  for (const auto& [key, record] : records) {
+    if (!record.contains("checksum")) continue;  // it was rejected
+    const auto found = features.find(key);
+    if (found == features.end()) {
+      complaints.push_back(fmt::format("{}: footprints.geojson lacks it", key.text()));
+      continue;
+    }
+    const Json& feature = *found->second;
+    const Json footprint = record.value("footprint", Json::object());
+    if (feature.value("geometry", Json()) != footprint.value("geometry", Json()) ||
+        feature["properties"].value("file", Json()) != record["file"])
+      complaints.push_back(fmt::format("{}: footprints.geojson has another footprint", key.text()));
+    features.erase(found);
+  }
+  for (const auto& [key, feature] : features)
+    complaints.push_back(fmt::format("{}: footprints.geojson has this frame, and frames.jsonl does not", key.text()));
+  return complaints;
+}
+
 /// Which frames are rendered again: `count` of them, chosen by the seed alone.
 std::vector<FrameKey> choose(const std::map<FrameKey, Json>& records, std::size_t count, std::uint64_t seed) {
   std::vector<FrameKey> keys;
@@ -176,10 +212,13 @@ Result<void> run(const fs::path& folder, std::size_t frames, std::uint64_t seed,
   if (!run) return fail(run);
   auto records = read_records(folder / "frames.jsonl");
   if (!records) return fail(records);
+  auto footprints = compare_footprints(folder / "footprints.geojson", *records);
+  if (!footprints) return fail(footprints);
   const std::size_t total = records->size();
   const auto chosen = choose(*records, frames, seed);
   render::Renderer renderer;
   Verifier verifier(*run, folder, std::move(*records), chosen, renderer);
+  verifier.complaints = std::move(*footprints);
   sim::Sink* const sinks[] = {&verifier};
   if (const auto flown = run->execute(renderer, sinks, /*render_frames=*/false, /*pace=*/0); !flown) return fail(flown);
 

@@ -26,8 +26,9 @@ std::string stem_of(const std::string& vehicle, const std::string& sensor, std::
   return fmt::format("frames/{}/{}/{:015}", vehicle, sensor, time_ns);
 }
 
-Result<std::string> write_layer(const ImageFiles& images, const fs::path& folder, const render::FrameLayer& layer,
-                                FrameFile file, bool mask) {
+/// The files of a layer's frame, written.
+Result<FrameFile> write_layer(const ImageFiles& images, const fs::path& folder, const render::FrameLayer& layer,
+                              FrameFile file, bool mask) {
   const std::string stem = stem_of(file.vehicle, file.sensor, file.time_ns);
   file.file = stem + (fits_png(layer) ? ".png" : ".tif");
   if (auto ok =
@@ -44,25 +45,26 @@ Result<std::string> write_layer(const ImageFiles& images, const fs::path& folder
         !ok)
       return fail(ok);
   }
-  return frame_record(file, layer) + "\n";
+  return file;
 }
 
-/// Writes all files of a frame and returns its records.
-Result<std::string> write_frame(const ImageFiles& images, const fs::path& folder, const render::Frame& frame,
-                                std::int64_t time_ns, const std::string& vehicle, bool masks,
-                                const std::optional<render::TruthPlanes>& planes) {
+/// Writes all files of a frame.
+Result<FrameRecords> write_frame(const ImageFiles& images, const fs::path& folder, const render::Frame& frame,
+                                 std::int64_t time_ns, const std::string& vehicle, bool masks,
+                                 const std::optional<render::TruthPlanes>& planes) {
   std::string planes_file;
   if (planes) {
     planes_file = stem_of(vehicle, frame.layer().name, time_ns) + ".truth.tif";
     if (auto ok = write_truth_planes(folder / planes_file, *planes); !ok) return fail(ok);
   }
-  std::string lines;
+  FrameRecords records;
   for (const render::FrameLayer& layer : frame.layers()) {
-    const auto line = write_layer(images, folder, layer, {{}, {}, planes_file, vehicle, layer.name, time_ns}, masks);
-    if (!line) return line;
-    lines += *line;
+    const auto file = write_layer(images, folder, layer, {{}, {}, planes_file, vehicle, layer.name, time_ns}, masks);
+    if (!file) return fail(file);
+    records.lines += frame_record(*file, layer) + "\n";
+    records.features.push_back(footprint_feature(*file, layer));
   }
-  return lines;
+  return records;
 }
 
 }  // namespace
@@ -71,8 +73,8 @@ Result<void> clear_dataset(const fs::path& folder, bool force) {
   if (auto ok = refuse_to_overwrite(folder, force); !ok) return ok;
   std::error_code error;
   if (!fs::exists(folder / "frames.jsonl", error)) return {};  // somebody else's files stay
-  for (const char* name :
-       {"frames", "telemetry", "truth_rows", "pictures", "camera", "frames.jsonl", "report.html", "run.yaml"})
+  for (const char* name : {"frames", "telemetry", "truth_rows", "pictures", "camera", "frames.jsonl",
+                           "footprints.geojson", "report.html", "run.yaml"})
     fs::remove_all(folder / name, error);
   return {};
 }
@@ -91,6 +93,9 @@ Result<Dataset> Dataset::create(const fs::path& folder, bool force) {
                 fmt::format("{}: cannot write: {}", (folder / "frames.jsonl").string(), std::strerror(errno)));
   std::setvbuf(dataset.records_.get(), nullptr, _IONBF,
                0);  // nothing of a record that failed is left to be written later
+  auto footprints = FeatureFile::create(folder / "footprints.geojson");
+  if (!footprints) return fail(footprints);
+  dataset.footprints_.emplace(std::move(*footprints));
   return dataset;
 }
 
@@ -116,18 +121,21 @@ Result<void> Dataset::add_rejected(const std::vector<std::string>& sensors, std:
   std::string lines;
   for (const std::string& sensor : sensors)
     lines += rejected_frame_record({{}, {}, {}, vehicle, sensor, time_ns}, reason) + "\n";
-  pending_.push_back(std::async(std::launch::deferred, [lines]() -> Result<std::string> { return lines; }));
+  pending_.push_back(std::async(std::launch::deferred, [lines]() -> Result<FrameRecords> {
+    return FrameRecords{lines, {}};
+  }));
   return {};
 }
 
 Result<void> Dataset::append_oldest() {
-  const Result<std::string> lines = pending_.front().get();
+  const Result<FrameRecords> written = pending_.front().get();
   pending_.pop_front();
-  if (!lines) return fail(lines);
+  if (!written) return fail(written);
+  const std::string& lines = written->lines;
   const fs::path records = folder_ / "frames.jsonl";
-  if (std::fwrite(lines->data(), 1, lines->size(), records_.get()) == lines->size()) {
-    records_bytes_ += lines->size();
-    return {};
+  if (std::fwrite(lines.data(), 1, lines.size(), records_.get()) == lines.size()) {
+    records_bytes_ += lines.size();
+    return footprints_->add(written->features);
   }
   const std::string reason = std::strerror(errno);
   std::error_code error;

@@ -5,6 +5,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "nadir/render/geographic_polygon.h"
+
 namespace nadir::record {
 namespace {
 
@@ -43,6 +45,23 @@ Json pose(const render::Truth& t) {
       {"roll_deg", to_degrees(t.attitude.roll_rad)}};
 }
 
+/// GeoJSON.
+Json geometry(const render::Footprint& footprint) {
+  Json polygons = Json::array();
+  for (const render::GeographicPolygon& polygon : render::geographic_polygons(footprint)) {
+    Json rings = Json::array();
+    for (const render::GeographicRing& ring : polygon) {
+      Json positions = Json::array();
+      for (const Eigen::Vector2d& p : ring) positions.push_back(vector(p));
+      rings.push_back(std::move(positions));
+    }
+    polygons.push_back(std::move(rings));
+  }
+  if (polygons.empty()) return nullptr;
+  if (polygons.size() == 1) return {{"type", "Polygon"}, {"coordinates", polygons[0]}};
+  return {{"type", "MultiPolygon"}, {"coordinates", polygons}};
+}
+
 Json footprint(const render::Truth& t) {
   Json texel = Json::array(), uv = Json::array(), enu = Json::array(), lon_lat = Json::array(), outline = Json::array();
   for (std::size_t i = 0; i < 4; ++i) {
@@ -53,7 +72,12 @@ Json footprint(const render::Truth& t) {
     lon_lat.push_back(or_null(corner, [](const render::GroundPoint& p) { return degrees(p.lon_lat_rad); }));
   }
   for (const auto& p : t.footprint.outline_lon_lat_rad) outline.push_back(degrees(p));
-  return {{"texel", texel}, {"uv", uv}, {"enu_m", enu}, {"lon_lat_deg", lon_lat}, {"outline_lon_lat_deg", outline}};
+  return {{"texel", texel},
+          {"uv", uv},
+          {"enu_m", enu},
+          {"lon_lat_deg", lon_lat},
+          {"outline_lon_lat_deg", outline},
+          {"geometry", geometry(t.footprint)}};
 }
 
 Json settings(const render::Truth& t) {
@@ -120,6 +144,27 @@ std::string frame_record(const FrameFile& file, const render::FrameLayer& layer)
   json["render_ms"] = t.render_ms;
   json["checksum"] = checksum(layer);
   return line(json);
+}
+
+std::string footprint_feature(const FrameFile& file, const render::FrameLayer& layer) {
+  const render::Truth& t = layer.truth;
+  return line({{"type", "Feature"},
+               {"geometry", geometry(t.footprint)},
+               {"properties",
+                {{"file", file.file},
+                 {"vehicle", file.vehicle},
+                 {"sensor", file.sensor},
+                 {"time_ns", file.time_ns},
+                 {"lat_deg", to_degrees(t.position.lat_rad)},
+                 {"lon_deg", to_degrees(t.position.lon_rad)},
+                 {"height_ellipsoid_m", t.position.height_m},
+                 {"height_agl_m", t.height_agl_m},
+                 {"yaw_deg", to_degrees(t.attitude.yaw_rad)},
+                 {"pitch_deg", to_degrees(t.attitude.pitch_rad)},
+                 {"roll_deg", to_degrees(t.attitude.roll_rad)},
+                 {"image_gsd_m", or_null(t.image_gsd_m)},
+                 {"valid_fraction", t.valid_fraction},
+                 {"map", t.map_path}}}});
 }
 
 std::string rejected_frame_record(const FrameFile& file, const std::string& reason) {

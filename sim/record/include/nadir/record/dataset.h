@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "nadir/base/result.h"
+#include "nadir/record/feature_file.h"
 #include "nadir/record/frame_record.h"
 #include "nadir/render/camera.h"
 #include "nadir/render/frame.h"
@@ -22,13 +23,14 @@ namespace nadir::record {
 /// goes.
 Result<void> clear_dataset(const std::filesystem::path& folder, bool force);
 
-/// A folder of frames and their truth: frames/<vehicle>/<sensor>/<nanoseconds>.{png,tif}, camera/, frames.jsonl.
+/// A folder of frames and their truth: frames/<vehicle>/<sensor>/<nanoseconds>.{png,tif}, camera/, frames.jsonl, and
+/// footprints.geojson for maps: a Feature a frame that was made.
 ///
 /// uint8 and uint16 of up to four bands become PNG, all else TIFF. Invalid pixels are told by a mask beside the frame
 /// (<nanoseconds>.mask.png, 255 valid, 0 not), written where there are any; what each pixel sees, where it is given, by
-/// <nanoseconds>.truth.tif (truth_plane_file.h). Images are written in the background, two
-/// frames behind at most; a frame's record is written after its image, so that what frames.jsonl lists is there. One
-/// thread at a time.
+/// <nanoseconds>.truth.tif (truth_plane_file.h). Images are written in the background, two frames behind at most; a
+/// frame's record is written after its image, so that what frames.jsonl lists is there, and its footprint after that.
+/// One thread at a time.
 class Dataset {
  public:
   /// Makes the folder. A folder with content is refused, unless `force` is set: then an earlier dataset's frames,
@@ -58,8 +60,9 @@ class Dataset {
     void operator()(std::FILE* file) const noexcept { std::fclose(file); }
   };
   std::unique_ptr<std::FILE, CloseFile> records_;
-  std::uintmax_t records_bytes_ = 0;                      // of whole records
-  std::deque<std::future<Result<std::string>>> pending_;  // each gives its frame's records
+  std::uintmax_t records_bytes_ = 0;  // of whole records
+  std::optional<FeatureFile> footprints_;
+  std::deque<std::future<Result<FrameRecords>>> pending_;  // each gives its frame's
 };
 
 }  // namespace nadir::record

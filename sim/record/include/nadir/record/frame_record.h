@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "nadir/render/frame.h"
 
@@ -16,12 +17,22 @@ struct FrameFile {
   std::int64_t time_ns = 0;
 };
 
+/// What a dataset's lists say of a frame, all layers of it.
+struct FrameRecords {
+  std::string lines;                  // of frames.jsonl
+  std::vector<std::string> features;  // of footprints.geojson
+};
+
 /// "xxh3:<16 hex digits>": XXH3-64 of a layer's samples, in rows from the top, little-endian, then of its validity
 /// bytes.
 std::string checksum(const render::FrameLayer& layer);
 
 /// One line of frames.jsonl, without the line feed: all of a frame's truth. `frames.schema.json` describes it.
 std::string frame_record(const FrameFile& file, const render::FrameLayer& layer);
+
+/// A frame's Feature of footprints.geojson, on one line: what it sees on the ground, and whence.
+/// `footprints.schema.json` describes it.
+std::string footprint_feature(const FrameFile& file, const render::FrameLayer& layer);
 
 /// The line of a frame that was not made, and why.
 std::string rejected_frame_record(const FrameFile& file, const std::string& reason);
