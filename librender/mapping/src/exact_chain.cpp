@@ -29,7 +29,7 @@ ExactChain::ExactChain(const Camera& camera, const CameraPose& ecef_from_camera,
     enu_ray_from_image_ = enu_from_camera_.rotation.toRotationMatrix() * camera.ray_from_image();
   if (const Plane* plane = surface_.plane()) {
     above_m_ = enu_from_camera_.origin.z() - plane->up_m();
-    smallest_sink_ = above_m_ / std::max(1e6, 4 * above_m_);
+    smallest_sink_ = above_m_ / plane_reach_m(above_m_);
     ground_axis_ = -Eigen::Vector3d::UnitZ();
     ground_angle_ = above_m_ > 0 ? std::acos(smallest_sink_) : 0;
   } else {

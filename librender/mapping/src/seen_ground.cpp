@@ -97,7 +97,7 @@ SeenGround::SeenGround(const ExactChain& chain) : chain_(chain) {
   if (!(above_m > 0)) return;
   if (chain.surface().plane()) {
     // As far as ExactChain::visibility counts a plane as ground
-    const double reach_m = std::max(1e6, 4 * above_m);
+    const double reach_m = ExactChain::plane_reach_m(above_m);
     cos_edge_ = above_m / reach_m;
     axis_ = -Eigen::Vector3d::UnitZ();
     right_ = Eigen::Vector3d::UnitX();

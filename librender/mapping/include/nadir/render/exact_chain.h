@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <optional>
 #include <span>
 
@@ -27,8 +28,7 @@ class ExactChain {
 
   /// Positive where the ground is seen, negative where it is not. Flat chains: linear in image coordinates, so a
   /// rectangle whose corners all see no ground sees none. A plane counts as seen up to a depth (along the optical axis;
-  /// through a lens that is not ideal, a distance) of 1000 km or four times the camera's height, whichever is more: no
-  /// plane is the Earth beyond.
+  /// through a lens that is not ideal, a distance) of `plane_reach_m`.
   double visibility(const Eigen::Vector2d& image) const;
 
   /// What a rectangle sees: of flat chains by its corners. Else ground fills a cone around one direction: it is None or
@@ -37,6 +37,9 @@ class ExactChain {
 
   /// Unit vector towards the ground below, in camera axes: the plane's, or the middle of the Earth's disc.
   Eigen::Vector3d down() const;
+
+  /// How far a plane counts as ground from so high above it, in metres: no plane is the Earth beyond.
+  static double plane_reach_m(double above_m) { return std::max(1e6, 4 * above_m); }
 
   /// Height of the camera above the surface, metres.
   double height_above_ground_m() const { return above_m_; }
