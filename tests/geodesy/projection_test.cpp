@@ -6,6 +6,8 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <random>
+#include <string>
 #include <vector>
 
 #include "nadir/geodesy/crs_module.h"
@@ -71,6 +73,102 @@ INSTANTIATE_TEST_SUITE_P(Projection, ClosedForms,
                          testing::Values(Form{3857, -20}, Form{32614, -99}, Form{32631, 3}, Form{32633, 15},
                                          Form{32714, -99}, Form{32755, 147}, Form{32606, -147}));
 
+/// Places spread evenly over the Earth, degrees.
+std::vector<Eigen::Vector2d> random_places(int count, unsigned seed) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  std::vector<Eigen::Vector2d> places;
+  for (int i = 0; i < count; ++i) places.emplace_back(180 * unit(random), to_degrees(std::asin(unit(random))));
+  return places;
+}
+
+/// Distance on a sphere of the Earth's size, metres; both are degrees.
+double distance_m(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
+  const auto direction = [](const Eigen::Vector2d& p) {
+    const double lon = to_radians(p.x()), lat = to_radians(p.y());
+    return Eigen::Vector3d(std::cos(lat) * std::cos(lon), std::cos(lat) * std::sin(lon), std::sin(lat));
+  };
+  return 6378137 * (direction(a) - direction(b)).norm();
+}
+
+struct Polar {
+  int code;
+  double pole_lat_deg, true_lat_deg, scale, meridian_deg, false_origin_m;
+};
+class PolarForms : public testing::TestWithParam<Polar> {
+ protected:
+  const Polar form = GetParam();
+  const std::string name = "EPSG:" + std::to_string(form.code);
+  const Projection projection = Projection::from_definition(name).value();
+  const double side = form.pole_lat_deg > 0 ? 1 : -1;
+
+  /// Snyder, Map Projections - A Working Manual, 1987, equations 15-9, 14-15, 21-33 and 21-34.
+  Eigen::Vector2d by_hand(double lon_deg, double lat_deg) const {
+    const double f = 1 / 298.257223563, e = std::sqrt(f * (2 - f));
+    const auto t = [&](double lat) {
+      return std::tan(std::numbers::pi / 4 - lat / 2) *
+             std::pow((1 + e * std::sin(lat)) / (1 - e * std::sin(lat)), e / 2);
+    };
+    const double c = to_radians(form.true_lat_deg), es = e * std::sin(c);
+    const double factor = form.true_lat_deg == 90
+                              ? 2 * form.scale / std::sqrt(std::pow(1 + e, 1 + e) * std::pow(1 - e, 1 - e))
+                              : form.scale * std::cos(c) / std::sqrt(1 - es * es) / t(c);
+    const double rho = 6378137 * factor * t(side * to_radians(lat_deg)), l = to_radians(lon_deg - form.meridian_deg);
+    return Eigen::Vector2d(rho * std::sin(l), -side * rho * std::cos(l)) +
+           Eigen::Vector2d::Constant(form.false_origin_m);
+  }
+};
+
+TEST_P(PolarForms, AgreeWithTheLibraryAndTheFormula) {
+  const auto library = crs_module().value()->open(name).value();
+  ASSERT_FALSE(projection.uses_library());
+  auto degrees = random_places(20000, 1);
+  for (double lon = -180; lon <= 180; lon += 22.5)
+    for (const double beside_pole : {0.0, 1e-12, 1e-9, 1e-6, 1e-3, 1.0, 30.0, 90.0, 120.0})
+      degrees.emplace_back(lon, side * (90 - beside_pole));
+  auto theirs = degrees;
+  library->transform(LibraryCrs::Direction::Into, theirs);
+  double worst_m = 0, worst_by_hand_m = 0, worst_back_m = 0;
+  for (std::size_t i = 0; i < degrees.size(); ++i) {
+    const Eigen::Vector2d ours = project(projection, degrees[i].x(), degrees[i].y());
+    // Metres on the ground: at an angle from the pole the map is enlarged by 1 / cos^2 of its half.
+    const double half = to_radians(90 - side * degrees[i].y()) / 2, enlarged = 1 / std::pow(std::cos(half), 2);
+    worst_m = std::max(worst_m, (ours - theirs[i]).norm() / enlarged);
+    worst_by_hand_m = std::max(worst_by_hand_m, (ours - by_hand(degrees[i].x(), degrees[i].y())).norm() / enlarged);
+    std::array<Eigen::Vector2d, 1> back = {ours};
+    projection.lon_lat_from_crs(back);
+    worst_back_m = std::max(worst_back_m, distance_m({to_degrees(back[0].x()), to_degrees(back[0].y())}, degrees[i]));
+  }
+  EXPECT_LE(worst_m, 2e-7);
+  EXPECT_LE(worst_by_hand_m, 2e-7);
+  EXPECT_LE(worst_back_m, 2e-7);
+  RecordProperty("worst_m", std::to_string(worst_m * 1e9) + " nm");
+}
+
+TEST_P(PolarForms, HaveOnePoleAndNotTheOther) {
+  for (double lon = -180; lon <= 180; lon += 60) {
+    const Eigen::Vector2d pole = project(projection, lon, form.pole_lat_deg);
+    EXPECT_NEAR((pole - Eigen::Vector2d::Constant(form.false_origin_m)).norm(), 0, 1e-8);
+    EXPECT_FALSE(project(projection, lon, -form.pole_lat_deg).allFinite());
+  }
+  std::array<Eigen::Vector2d, 1> p = {Eigen::Vector2d::Constant(form.false_origin_m)};
+  projection.lon_lat_from_crs(p);
+  EXPECT_NEAR(to_degrees(p[0].y()), form.pole_lat_deg, 1e-13);
+  EXPECT_TRUE(std::isfinite(p[0].x()));
+}
+
+TEST_P(PolarForms, AreContinuousAcrossTheAntimeridian) {
+  const double lat = 0.8 * form.pole_lat_deg;
+  EXPECT_NEAR((project(projection, 180, lat) - project(projection, -180, lat)).norm(), 0, 1e-8);
+  EXPECT_LT((project(projection, 179.9999999, lat) - project(projection, -179.9999999, lat)).norm(), 0.1);
+}
+
+INSTANTIATE_TEST_SUITE_P(Projection, PolarForms,
+                         testing::Values(Polar{3413, 90, 70, 1, -45, 0}, Polar{3995, 90, 71, 1, 0, 0},
+                                         Polar{3031, -90, 71, 1, 0, 0}, Polar{3976, -90, 70, 1, 0, 0},
+                                         Polar{32661, 90, 90, 0.994, 0, 2e6}, Polar{32761, -90, 90, 0.994, 0, 2e6},
+                                         Polar{5041, 90, 90, 0.994, 0, 2e6}, Polar{5042, -90, 90, 0.994, 0, 2e6}));
+
 TEST(Projection, UtmEndsWhereTheLibraryEnds) {
   const auto projection = Projection::from_definition("EPSG:32631").value();
   const auto library = crs_module().value()->open("EPSG:32631").value();
@@ -87,7 +185,7 @@ TEST(Projection, UtmEndsWhereTheLibraryEnds) {
 }
 
 TEST(Projection, AClosedFormIsTheSameCrsHoweverItIsDefined) {
-  for (const char* code : {"EPSG:4326", "EPSG:3857", "EPSG:32614"}) {
+  for (const char* code : {"EPSG:4326", "EPSG:3857", "EPSG:32614", "EPSG:3413", "EPSG:3031", "EPSG:32661"}) {
     const auto by_code = Projection::from_definition(code).value();
     const auto by_wkt = Projection::from_definition(by_code.wkt().value()).value();
     EXPECT_FALSE(by_wkt.uses_library()) << code;

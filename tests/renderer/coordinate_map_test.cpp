@@ -42,6 +42,18 @@ std::array<double, 6> around(const Eigen::Vector2d& middle, double dx, double dy
   return {middle.x() - 500 * (a + b), a, b, middle.y() - 500 * (d + e), d, e};
 }
 
+/// Snyder, Map Projections - A Working Manual, 1987, chapter 21: a pole in the middle, true to scale at a latitude.
+Eigen::Vector2d polar(double side, double true_lat_deg, double meridian_deg, double lat_deg, double lon_deg) {
+  const double f = 1 / 298.257223563, e = std::sqrt(f * (2 - f));
+  const auto t = [&](double lat) {
+    return std::tan(std::numbers::pi / 4 - lat / 2) *
+           std::pow((1 + e * std::sin(lat)) / (1 - e * std::sin(lat)), e / 2);
+  };
+  const double c = true_lat_deg * degree, es = e * std::sin(c), l = (lon_deg - meridian_deg) * degree;
+  const double rho = 6378137 * std::cos(c) / std::sqrt(1 - es * es) / t(c) * t(side * lat_deg * degree);
+  return {rho * std::sin(l), -side * rho * std::cos(l)};
+}
+
 std::vector<Case> cases() {
   const auto mercator = [](double lat, double lon) {
     return Eigen::Vector2d(6378137 * lon * degree, 6378137 * std::asinh(std::tan(lat * degree)));
@@ -49,10 +61,14 @@ std::vector<Case> cases() {
   const auto lon_lat = [](double lat, double lon) { return Eigen::Vector2d(lon, lat); };
   const auto utm36 = [](double lat, double lon) { return utm(36, lat, lon); };
   const auto utm14 = [](double lat, double lon) { return utm(14, lat, lon); };
+  const auto arctic = [](double lat, double lon) { return polar(1, 70, -45, lat, lon); };
+  const auto antarctic = [](double lat, double lon) { return polar(-1, 71, 0, lat, lon); };
   return {{"geographic", "EPSG:4326", 38.1, -0.76, around({-0.76, 38.1}, 9e-5, 9e-5), lon_lat},
           {"mercator", "EPSG:3857", 60.3, 25.1, around(mercator(60.3, 25.1), 19, 19), mercator},
           {"utm", "EPSG:32636", 0.3516, 32.5896, around(utm36(0.3516, 32.5896), 9, 9), utm36},
           {"rotated", "EPSG:32614", 47, -99.2, around(utm14(47, -99.2), 9, 7, 0.6), utm14},
+          {"north_pole", "EPSG:3413", 89.995, 100, around(arctic(89.995, 100), 9, 9), arctic},
+          {"antarctic", "EPSG:3031", -78, 180, around(antarctic(-78, 180), 9, 9), antarctic},
           {"mirrored", "EPSG:32614", 47, -99.2, around(utm14(47, -99.2), -9, 9), utm14}};
 }
 

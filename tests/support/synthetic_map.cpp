@@ -41,6 +41,7 @@ void write_map(const SyntheticMap& map, const std::string& path) {
     srs.SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
     dataset->SetSpatialRef(&srs);
   }
+  if (map.pixel_is_point) dataset->SetMetadataItem("AREA_OR_POINT", "Point");
   std::array<double, 6> geotransform = map.geotransform;
   dataset->SetGeoTransform(geotransform.data());
   if (map.nodata)

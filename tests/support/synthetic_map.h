@@ -19,6 +19,7 @@ struct SyntheticMap {
   std::optional<double> nodata;
   std::vector<int> factors;  // of overviews
   int tile = 128;
+  bool pixel_is_point = false;  // told so by the file, which then holds the place of the first texel's centre
   bool mask = false;   // a mask band, valid where mask_value is not 0
   bool alpha = false;  // the last band is alpha
 

@@ -4,6 +4,7 @@
 #include <fstream>
 
 #include "nadir/tile/raster.h"
+#include "support/synthetic_map.h"
 #include "support/temporary_folder.h"
 
 // Where tiles are decoded here, texels and validity are those of the same map read by GDAL.
@@ -83,6 +84,29 @@ TEST(LikeGdal, OtherPeoplesOddFiles) {
     compared += same_as_by_gdal(entry.path().string());
   }
   EXPECT_GT(compared, 10);
+}
+
+TEST(LikeGdal, PlacesInEveryCrsThatIsCalculatedHere) {
+  const test::TemporaryFolder folder;
+  for (const int code : {4326, 3857, 32614, 32733, 3413, 3995, 3031, 3976, 32661, 32761, 5041, 5042})
+    for (const bool pixel_is_point : {false, true})
+      for (const bool turned : {false, true}) {
+        test::SyntheticMap map;
+        map.crs = "EPSG:" + std::to_string(code);
+        map.pixel_is_point = pixel_is_point;
+        const double texel = code == 4326 ? 1e-4 : 30;
+        map.geotransform = {code == 4326 ? 10 : 1.9e6, texel, turned ? texel / 3 : 0, code == 4326 ? 50 : 2.1e6,
+                            turned ? texel / 2 : 0,    -texel};
+        map.value = [](int, int, int col, int row) { return col + 1000 * row; };
+        const std::string path = folder.file("m.tif");
+        test::write_map(map, path);
+        ASSERT_TRUE(same_as_by_gdal(path)) << code;
+        const auto opened = Map::open(path).value();
+        EXPECT_EQ(opened.description().georeference->definition, map.crs) << "described here, not by GDAL";
+        EXPECT_FALSE(opened.projection().uses_library());
+        Eigen::Vector2d corner = opened.crs_from_texel() * Eigen::Vector2d(0, 0);
+        EXPECT_LT((corner - Eigen::Vector2d(map.geotransform[0], map.geotransform[3])).norm(), 1e-6 * texel) << code;
+      }
 }
 
 }  // namespace

@@ -2,9 +2,12 @@
 
 #include <GeographicLib/Constants.hpp>
 #include <GeographicLib/TransverseMercator.hpp>
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <utility>
 
 namespace nadir::geodesy {
 namespace {
@@ -75,6 +78,87 @@ class Utm : public ClosedForm {
   double largest_easting_m_ = 0;
 };
 
+/// Latitude from conformal latitude on WGS-84, to sixth order in the third flattening (Karney, On auxiliary latitudes,
+/// 2022, equation A6): what is left out is below 1e-17 radians.
+double latitude_from_conformal(double conformal, double sin_conformal, double cos_conformal) {
+  constexpr double f = 1 / 298.257223563, n = f / (2 - f);
+  constexpr std::array<double, 6> c = {
+      n * (2 + n * (-2.0 / 3 + n * (-2 + n * (116.0 / 45 + n * (26.0 / 45 + n * (-2854.0 / 675)))))),
+      n * n * (7.0 / 3 + n * (-8.0 / 5 + n * (-227.0 / 45 + n * (2704.0 / 315 + n * (2323.0 / 945))))),
+      n * n * n * (56.0 / 15 + n * (-136.0 / 35 + n * (-1262.0 / 105 + n * (73814.0 / 2835)))),
+      n * n * n * n * (4279.0 / 630 + n * (-332.0 / 35 + n * (-399572.0 / 14175))),
+      n * n * n * n * n * (4174.0 / 315 + n * (-144838.0 / 6237)),
+      n * n * n * n * n * n * (601676.0 / 22275)};
+  // Clenshaw's sum of c[k] sin(2 (k + 1) conformal)
+  const double sin_2 = 2 * sin_conformal * cos_conformal, cos_2 = 1 - 2 * sin_conformal * sin_conformal;
+  double sum = 0, before = 0;
+  for (std::size_t k = c.size(); k-- > 0;) before = std::exchange(sum, c[k] + 2 * cos_2 * sum - before);
+  return conformal + sum * sin_2;
+}
+
+/// Snyder's formulas (Map Projections - A Working Manual, 1987, chapter 21) in a form that keeps its digits up to the
+/// pole; a few nm of rounding. The other pole lies at infinity.
+class PolarStereographic : public ClosedForm {
+ public:
+  struct Parameters {
+    int code;
+    double true_lat_deg, scale;  // there; its sign tells the pole
+    double meridian_deg;         // upwards from the south pole, downwards from the north pole
+    double false_origin_m;       // x and y of the pole
+  };
+  explicit PolarStereographic(const Parameters& p)
+      : side_(p.true_lat_deg > 0 ? 1 : -1), meridian_(to_radians(p.meridian_deg)), false_origin_m_(p.false_origin_m) {
+    // The scale at a latitude is rho / (a m), m the radius of its parallel; at the pole both vanish alike.
+    const double lat = to_radians(std::abs(p.true_lat_deg)), es = e * std::sin(lat);
+    const double parallel_by_t = p.true_lat_deg == 90 || p.true_lat_deg == -90
+                                     ? 2 * std::exp(-e * std::atanh(e)) / std::sqrt(1 - e * e)
+                                     : std::cos(lat) / std::sqrt(1 - es * es) / t_from(lat);
+    rho_by_t_ = equatorial_radius_m * p.scale * parallel_by_t;
+  }
+
+  void forward(std::span<Eigen::Vector2d> points) const override {
+    for (auto& p : points) {
+      const double lat = side_ * p.y(), lon = p.x() - meridian_;
+      const bool defined = lat > -std::numbers::pi / 2 + 1e-10 && lat <= std::numbers::pi / 2;
+      const double rho = defined ? rho_by_t_ * t_from(lat) : nan;
+      p = {false_origin_m_ + rho * std::sin(lon), false_origin_m_ - side_ * rho * std::cos(lon)};
+    }
+  }
+  void inverse(std::span<Eigen::Vector2d> points) const override {
+    for (auto& p : points) {
+      const double x = p.x() - false_origin_m_, y = side_ * (p.y() - false_origin_m_);
+      const double t = std::hypot(x, y) / rho_by_t_;
+      const double over = 1 / (1 + t * t), conformal = std::numbers::pi / 2 - 2 * std::atan(t);
+      const double lat = latitude_from_conformal(conformal, (1 - t * t) * over, 2 * t * over);
+      p = {meridian_ + std::atan2(x, -y), side_ * lat};
+    }
+  }
+
+ private:
+  static constexpr double e = 0.0818191908426214943;  // eccentricity
+
+  /// Tangent of half the conformal colatitude.
+  static double t_from(double lat) {
+    const double s = std::sin(lat), c = std::cos(lat);
+    return (s > 0 ? c / (1 + s) : (1 - s) / c) * std::exp(e * std::atanh(e * s));
+  }
+
+  const double side_, meridian_, false_origin_m_;  // side: 1 north, -1 south
+  double rho_by_t_ = 0;
+};
+
+/// From the EPSG registry. All are of WGS-84, and x is the easting in all, whichever axis the registry puts first.
+constexpr std::array<PolarStereographic::Parameters, 8> polar = {{
+    {3413, 70, 1, -45, 0},        // NSIDC Sea Ice Polar Stereographic North
+    {3995, 71, 1, 0, 0},          // Arctic Polar Stereographic
+    {3031, -71, 1, 0, 0},         // Antarctic Polar Stereographic
+    {3976, -70, 1, 0, 0},         // NSIDC Sea Ice Polar Stereographic South
+    {32661, 90, 0.994, 0, 2e6},   // UPS North
+    {32761, -90, 0.994, 0, 2e6},  // UPS South
+    {5041, 90, 0.994, 0, 2e6},    // UPS North, easting first
+    {5042, -90, 0.994, 0, 2e6},   // UPS South, easting first
+}};
+
 }  // namespace
 
 std::shared_ptr<const ClosedForm> closed_form(int code) {
@@ -82,7 +166,8 @@ std::shared_ptr<const ClosedForm> closed_form(int code) {
   if (code == 3857) return std::make_shared<WebMercator>();
   if (code > 32600 && code <= 32660) return std::make_shared<Utm>(code - 32600, false);
   if (code > 32700 && code <= 32760) return std::make_shared<Utm>(code - 32700, true);
-  return nullptr;
+  const auto at = std::find_if(polar.begin(), polar.end(), [&](const auto& p) { return p.code == code; });
+  return at != polar.end() ? std::make_shared<PolarStereographic>(*at) : nullptr;
 }
 
 }  // namespace nadir::geodesy

@@ -18,7 +18,8 @@ class ClosedForm {
   virtual void inverse(std::span<Eigen::Vector2d> points) const = 0;
 };
 
-/// The closed form of EPSG:`code`: 4326, 3857, 32601 to 32660, 32701 to 32760. Null for all others.
+/// The closed form of EPSG:`code`: 4326, 3857, UTM (32601 to 32660, 32701 to 32760), polar stereographic (3031, 3413,
+/// 3976, 3995, 5041, 5042, 32661, 32761). Null for all others.
 std::shared_ptr<const ClosedForm> closed_form(int code);
 
 }  // namespace nadir::geodesy

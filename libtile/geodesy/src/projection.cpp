@@ -113,4 +113,6 @@ void Projection::lon_lat_from_crs(std::span<Eigen::Vector2d> points) const {
   }
 }
 
+bool has_closed_form(int code) { return closed_form(code) != nullptr; }
+
 }  // namespace nadir::geodesy
