@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <GeographicLib/TransverseMercatorExact.hpp>
 #include <GeographicLib/UTMUPS.hpp>
 #include <array>
 #include <cmath>
@@ -169,19 +170,63 @@ INSTANTIATE_TEST_SUITE_P(Projection, PolarForms,
                                          Polar{32661, 90, 90, 0.994, 0, 2e6}, Polar{32761, -90, 90, 0.994, 0, 2e6},
                                          Polar{5041, 90, 90, 0.994, 0, 2e6}, Polar{5042, -90, 90, 0.994, 0, 2e6}));
 
-TEST(Projection, UtmEndsWhereTheLibraryEnds) {
-  const auto projection = Projection::from_definition("EPSG:32631").value();
-  const auto library = crs_module().value()->open("EPSG:32631").value();
-  int defined = 0, undefined = 0;
-  for (double lon = 3; lon < 183; lon += 1) {
-    std::array<Eigen::Vector2d, 1> theirs = {Eigen::Vector2d(lon, 0.5)};
+TEST(Projection, UtmIsExactWhereverItIsDefined) {
+  // Everywhere on the Earth: within 0.2 micrometres on the ground of elliptic functions and of PROJ, or not defined,
+  // and that from 6500 km beside the meridian on.
+  constexpr double bound_m = 2e-7, reach_m = 6.5e6;
+  const auto& exact = GeographicLib::TransverseMercatorExact::UTM();
+  for (const bool south : {false, true}) {
+    const std::string name = south ? "EPSG:32731" : "EPSG:32631";
+    const auto projection = Projection::from_definition(name).value();
+    const auto library = crs_module().value()->open(name).value();
+    const auto degrees = random_places(20000, 2);
+    auto theirs = degrees;
     library->transform(LibraryCrs::Direction::Into, theirs);
-    const bool finite = project(projection, lon, 0.5).allFinite();
-    (finite ? defined : undefined) += 1;
-    EXPECT_EQ(finite, theirs[0].allFinite()) << lon;
+    double worst_m = 0, worst_back_m = 0, worst_beside_library_m = 0, farthest_m = 0;
+    int beyond_pole = 0, undefined = 0;
+    for (std::size_t i = 0; i < degrees.size(); ++i) {
+      const Eigen::Vector2d ours = project(projection, degrees[i].x(), degrees[i].y());
+      Eigen::Vector2d expected;
+      double convergence = 0, scale = 1;
+      exact.Forward(3, degrees[i].y(), degrees[i].x(), expected.x(), expected.y(), convergence, scale);
+      ASSERT_EQ(ours.allFinite(), std::abs(expected.x()) <= reach_m) << degrees[i].transpose();
+      if (!ours.allFinite()) {
+        ++undefined;
+        continue;
+      }
+      farthest_m = std::max(farthest_m, std::abs(expected.x()));
+      beyond_pole += std::abs(std::remainder(degrees[i].x() - 3, 360)) > 90;
+      expected += Eigen::Vector2d(500000, south ? 1e7 : 0);
+      worst_m = std::max(worst_m, (ours - expected).norm() / scale);
+      worst_beside_library_m = std::max(worst_beside_library_m, (ours - theirs[i]).norm() / scale);
+      std::array<Eigen::Vector2d, 1> back = {ours};
+      projection.lon_lat_from_crs(back);
+      worst_back_m = std::max(worst_back_m, distance_m({to_degrees(back[0].x()), to_degrees(back[0].y())}, degrees[i]));
+    }
+    EXPECT_LE(worst_m, bound_m);
+    EXPECT_GE(worst_m, bound_m / 10) << "these samples no longer exercise the bound";
+    EXPECT_LE(worst_beside_library_m, bound_m);
+    EXPECT_LE(worst_back_m, bound_m);
+    EXPECT_GT(farthest_m, 0.99 * reach_m);
+    EXPECT_GT(beyond_pole, 1000);
+    EXPECT_GT(undefined, 1000);
   }
-  EXPECT_GT(defined, 80);
-  EXPECT_GT(undefined, 5);
+}
+
+TEST(Projection, UtmHasNoCoordinatesFarFromItsMeridian) {
+  const auto projection = Projection::from_definition("EPSG:32631").value();
+  for (double beside = -180; beside <= 180; beside += 1) {
+    const double aside = std::abs(beside) > 90 ? 180 - std::abs(beside) : std::abs(beside);
+    EXPECT_EQ(project(projection, 3 + beside, 0).allFinite(), aside <= 50) << beside;
+  }
+  for (const double beside : {-180.0, -90.0, 90.0, 180.0}) EXPECT_TRUE(project(projection, 3 + beside, 89).allFinite());
+  // Nor places where there are none: 7000 km beside the meridian, or further north than over the pole to the equator
+  for (const Eigen::Vector2d& nowhere :
+       {Eigen::Vector2d(7.1e6, 5e6), {-6.1e6, 5e6}, {500000, 2.1e7}, {500000, -2.1e7}}) {
+    std::array<Eigen::Vector2d, 1> p = {nowhere};
+    projection.lon_lat_from_crs(p);
+    EXPECT_FALSE(p[0].allFinite()) << nowhere.transpose();
+  }
 }
 
 TEST(Projection, AClosedFormIsTheSameCrsHoweverItIsDefined) {

@@ -69,6 +69,17 @@ TEST_P(OffMapRule, ACameraThatSeesNothingGivesAFrameThatSaysSo) {
   }
 }
 
+TEST_P(OffMapRule, APlaneWhereTheMapsCrsHasNoCoordinatesIsRefused) {
+  // Zone 14 is around 99 W and reaches 50 degrees from there
+  const auto far = Scene::plane(geodesy::Geodetic::degrees(5, -40, 0), {}).with_layer("eo", *map).check();
+  ASSERT_FALSE(far);
+  for (const char* words : {"m.tif", "latitude 5, longitude -40", "EPSG:32614", "origin on the map", "gdalwarp"})
+    EXPECT_NE(far.error().message.find(words), std::string::npos) << far.error().message;
+  EXPECT_TRUE(Scene::plane(geodesy::Geodetic::degrees(5, -55, 0), {}).with_layer("eo", *map).check());
+  EXPECT_TRUE(Scene::ellipsoid(geodesy::Geodetic::degrees(5, -40, 0), 0).with_layer("eo", *map).check())
+      << "seen from there it may be in view";
+}
+
 INSTANTIATE_TEST_SUITE_P(Types, OffMapRule, testing::Values(GDT_Byte, GDT_Float32),
                          [](const auto& tested) { return std::string(GDALGetDataTypeName(tested.param)); });
 

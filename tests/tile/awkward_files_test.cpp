@@ -29,7 +29,7 @@ std::string placed(const TemporaryFolder& folder, const std::string& file, bool 
   if (has_own_place) return folder_of_files + file;
   fs::copy_file(folder_of_files + file, folder.file(file));
   folder.write(file + ".aux.xml", R"(<PAMDataset><SRS dataAxisToSRSAxisMapping="1,2">EPSG:32614</SRS>)"
-                                  "<GeoTransform>500000, 10, 0, 5205000, 0, -10</GeoTransform></PAMDataset>");
+                                  "<GeoTransform>500000, 0.01, 0, 5205000, 0, -0.01</GeoTransform></PAMDataset>");
   return folder.file(file);
 }
 

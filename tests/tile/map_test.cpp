@@ -182,6 +182,18 @@ TEST(Open, SaysWhyAMapCannotBePlaced) {
   EXPECT_FALSE(Map::open(folder.file("wrong.tif")));
 }
 
+TEST(Open, FarOutsideItsUtmZoneAMapHasNoPlace) {
+  const TemporaryFolder folder;
+  SyntheticMap synthetic = small_map();
+  synthetic.crs = "EPSG:32614";
+  synthetic.geotransform = {7.5e6, 30, 0, 5e6, 0, -30};
+  test::write_map(synthetic, folder.file("m.tif"));
+  const auto map = Map::open(folder.file("m.tif"));
+  ASSERT_FALSE(map);
+  for (const char* words : {"EPSG:32614", "not defined", "gdalwarp"})
+    EXPECT_NE(map.error().message.find(words), std::string::npos) << map.error().message;
+}
+
 TEST(Describe, BandsAreFoundByNumberAndName) {
   const TemporaryFolder folder;
   SyntheticMap synthetic = small_map();

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <array>
+
 namespace nadir::render {
 namespace {
 
@@ -14,6 +16,22 @@ Result<void> refuse_palette(const tile::Map& map, const LayerOptions& options, c
                                                         "use role labels, or expand it with gdal_translate -expand rgb",
                                                         map.description().path, number));
   return {};
+}
+
+/// A plane shows what is near its origin: no map in a CRS that has no coordinates there.
+Result<void> check_origin(const Surface& surface, const tile::Map& map) {
+  const Plane* plane = surface.plane();
+  if (!plane) return {};
+  const geodesy::Geodetic& origin = plane->frame().origin();
+  std::array<Eigen::Vector2d, 1> crs = {Eigen::Vector2d(origin.lon_rad, origin.lat_rad)};
+  map.projection().crs_from_lon_lat(crs);
+  if (crs[0].allFinite()) return {};
+  return fail(Error::Kind::Unsupported,
+              fmt::format("{}: the scene's origin at latitude {:.6g}, longitude {:.6g} lies where its CRS {} is not "
+                          "defined: choose an origin on the map, or warp the map to a CRS for that place with gdalwarp "
+                          "-t_srs",
+                          map.description().path, geodesy::to_degrees(origin.lat_rad),
+                          geodesy::to_degrees(origin.lon_rad), map.projection().name()));
 }
 
 Result<void> check_output(const std::string& name, const std::optional<Output>& output) {
@@ -47,6 +65,7 @@ Scene Scene::with_layer(std::string name, const tile::Map& map, LayerOptions opt
                          options.radar_scale.value_or(tile::usual_radar_scale(floats)) == tile::RadarScale::Decibel;
     auto source = tile::CellSource::make(map, options.bands, decibel ? tile::Domain::Decibel : tile::Domain::Linear);
     if (!source) return fail(source);
+    if (auto ok = check_origin(surface_, map); !ok) return ok;
     if (auto ok = refuse_palette(map, options, (*source)->bands()); !ok) return ok;
     if (auto ok = check_output(name, options.output); !ok) return ok;
     const GroundExtent extent =

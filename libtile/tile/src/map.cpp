@@ -86,8 +86,10 @@ Result<Map> Map::over(std::unique_ptr<Raster> raster) {
     if (!points[i].allFinite())
       return fail(
           Error::Kind::Malformed,
-          fmt::format("{}: its middle lies where its CRS {} is not defined: is the geotransform in that CRS's units?",
-                      path, description.georeference->crs));
+          fmt::format("{}: its middle ({:.8g}, {:.8g}) lies where its CRS {} is not defined: make sure that its "
+                      "geotransform is in that CRS's units, or warp it to a CRS for its place with gdalwarp -t_srs",
+                      path, (crs_from_texel * middle).x(), (crs_from_texel * middle).y(),
+                      description.georeference->crs));
     ecef[i] = geodesy::ecef_from_geodetic({points[i].y(), points[i].x(), 0}).xyz;
   }
 

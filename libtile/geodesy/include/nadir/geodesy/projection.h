@@ -16,9 +16,8 @@ namespace nadir::geodesy {
 /// CRS coordinates are in the CRS's own units, east or x first: metres or feet where it is projected, degrees
 /// where it is geographic. Geographic longitudes may pass 180 degrees: `wrap_around` picks the turn.
 /// WGS-84 longitude and latitude, its UTM zones, its polar stereographic CRS (3031, 3413, 3976, 3995, UPS) and Web
-/// Mercator are calculated here, within 0.2 micrometres of PROJ (UTM: within 30 degrees of its meridian), and
-/// `uses_library()` says so; any other CRS goes through PROJ, which is loaded then, takes about a microsecond a point,
-/// and is counted.
+/// Mercator are calculated here, within 0.2 micrometres of PROJ, and `uses_library()` says so; any other CRS goes
+/// through PROJ, which is loaded then, takes about a microsecond a point, and is counted.
 /// Cheap to copy; copies share the counter. Thread-safe.
 class Projection {
  public:
