@@ -85,28 +85,42 @@ TEST_F(Kept, ARotatedGridAndPixelIsPoint) {
   EXPECT_STREQ(map->GetMetadataItem("AREA_OR_POINT"), "Point");
 }
 
+/// At the corners of 70 x 50 texels, the last of them off the others' grid.
+void set_control_points(GDALDataset& d, double off_deg) {
+  std::array<GDAL_GCP, 4> points{};
+  GDALInitGCPs(4, points.data());
+  for (int i = 0; i < 4; ++i) {
+    points[static_cast<std::size_t>(i)].dfGCPPixel = i % 2 * 70;
+    points[static_cast<std::size_t>(i)].dfGCPLine = i / 2 * 50;
+    points[static_cast<std::size_t>(i)].dfGCPX = 10 + i % 2 * 0.7 + (i == 3 ? off_deg : 0);
+    points[static_cast<std::size_t>(i)].dfGCPY = 50 - i / 2 * 0.5;
+  }
+  OGRSpatialReference crs;
+  crs.importFromEPSG(4326);
+  crs.SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
+  d.SetGCPs(4, points.data(), &crs);
+  GDALDeinitGCPs(4, points.data());
+}
+
 TEST_F(Kept, GroundControlPoints) {
   RasterFile file;
   file.crs = "";
-  const Dataset map = map_of(file, [](GDALDataset& d) {
-    std::array<GDAL_GCP, 4> points{};
-    GDALInitGCPs(4, points.data());
-    for (int i = 0; i < 4; ++i) {
-      points[static_cast<std::size_t>(i)].dfGCPPixel = i % 2 * 70;
-      points[static_cast<std::size_t>(i)].dfGCPLine = i / 2 * 50;
-      points[static_cast<std::size_t>(i)].dfGCPX = 10 + i % 2 * 0.7;
-      points[static_cast<std::size_t>(i)].dfGCPY = 50 - i / 2 * 0.5;
-    }
-    OGRSpatialReference crs;
-    crs.importFromEPSG(4326);
-    crs.SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
-    d.SetGCPs(4, points.data(), &crs);
-    GDALDeinitGCPs(4, points.data());
-  });
+  const Dataset map = map_of(file, [](GDALDataset& d) { set_control_points(d, 0.1); });
   ASSERT_EQ(map->GetGCPCount(), 4);
-  EXPECT_DOUBLE_EQ(map->GetGCPs()[3].dfGCPX, 10.7);
+  EXPECT_DOUBLE_EQ(map->GetGCPs()[3].dfGCPX, 10.8);
   EXPECT_DOUBLE_EQ(map->GetGCPs()[3].dfGCPLine, 50);
   EXPECT_TRUE(map->GetGCPSpatialRef() && map->GetGCPSpatialRef()->IsGeographic());
+}
+
+TEST_F(Kept, ThePlaceThatControlPointsOnAGridTell) {
+  RasterFile file;
+  file.crs = "";
+  const Dataset map = map_of(file, [](GDALDataset& d) { set_control_points(d, 0); });
+  std::array<double, 6> place{};
+  ASSERT_EQ(map->GetGeoTransform(place.data()), CE_None);
+  const std::array<double, 6> expected = {10, 0.01, 0, 50, 0, -0.01};
+  for (std::size_t i = 0; i < place.size(); ++i) EXPECT_NEAR(place[i], expected[i], 1e-9);
+  EXPECT_TRUE(map->GetSpatialRef() && map->GetSpatialRef()->IsGeographic());
 }
 
 TEST_F(Kept, RationalPolynomialCoefficients) {

@@ -25,6 +25,7 @@ struct Case {
   double lat_deg, lon_deg;
   std::array<double, 6> geotransform;  // of a map of 1000 x 1000 texels with the place in its middle
   std::function<Eigen::Vector2d(double lat_deg, double lon_deg)> project;
+  bool pixel_is_point = false;  // says the file; the geotransform stays that of corners
 };
 
 Eigen::Vector2d utm(int zone, double lat_deg, double lon_deg) {
@@ -39,6 +40,12 @@ Eigen::Vector2d utm(int zone, double lat_deg, double lon_deg) {
 std::array<double, 6> around(const Eigen::Vector2d& middle, double dx, double dy, double angle = 0) {
   const double c = std::cos(angle), s = std::sin(angle);
   const double a = dx * c, b = dy * s, d = dx * s, e = -dy * c;
+  return {middle.x() - 500 * (a + b), a, b, middle.y() - 500 * (d + e), d, e};
+}
+
+/// Rows that lean on each other, and columns along neither axis.
+std::array<double, 6> sheared(const Eigen::Vector2d& middle) {
+  const double a = 8, b = 4, d = 3, e = -9;
   return {middle.x() - 500 * (a + b), a, b, middle.y() - 500 * (d + e), d, e};
 }
 
@@ -69,6 +76,8 @@ std::vector<Case> cases() {
           {"rotated", "EPSG:32614", 47, -99.2, around(utm14(47, -99.2), 9, 7, 0.6), utm14},
           {"north_pole", "EPSG:3413", 89.995, 100, around(arctic(89.995, 100), 9, 9), arctic},
           {"antarctic", "EPSG:3031", -78, 180, around(antarctic(-78, 180), 9, 9), antarctic},
+          {"sheared", "EPSG:32614", 47, -99.2, sheared(utm14(47, -99.2)), utm14},
+          {"points", "EPSG:32614", 47, -99.2, around(utm14(47, -99.2), 9, 9), utm14, true},
           {"mirrored", "EPSG:32614", 47, -99.2, around(utm14(47, -99.2), -9, 9), utm14}};
 }
 
@@ -107,6 +116,7 @@ TEST_P(CoordinateMap, RendersTheProjectionWithinTheBound) {
   test::SyntheticMap synthetic;
   synthetic.width = synthetic.height = 1000;
   synthetic.bands = 2;
+  synthetic.pixel_is_point = c.pixel_is_point;
   synthetic.crs = c.crs;
   synthetic.geotransform = c.geotransform;
   synthetic.value = [](int, int band, int col, int row) {

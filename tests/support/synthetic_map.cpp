@@ -35,15 +35,24 @@ void write_map(const SyntheticMap& map, const std::string& path) {
       driver->Create(path.c_str(), map.width, map.height, map.bands, map.type, const_cast<char**>(list.data())),
       &GDALClose);
   if (!dataset) throw std::runtime_error(path + ": cannot be made");
-  if (!map.crs.empty()) {
-    OGRSpatialReference srs;
-    srs.SetFromUserInput(map.crs.c_str());
-    srs.SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
-    dataset->SetSpatialRef(&srs);
-  }
+  OGRSpatialReference srs;
+  srs.SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
+  if (!map.crs.empty()) srs.SetFromUserInput(map.crs.c_str());
+  if (!map.crs.empty() && map.control_points.empty()) dataset->SetSpatialRef(&srs);
   if (map.pixel_is_point) dataset->SetMetadataItem("AREA_OR_POINT", "Point");
   std::array<double, 6> geotransform = map.geotransform;
-  dataset->SetGeoTransform(geotransform.data());
+  if (map.control_points.empty()) {
+    dataset->SetGeoTransform(geotransform.data());
+  } else {
+    std::vector<GDAL_GCP> points(map.control_points.size());
+    GDALInitGCPs(static_cast<int>(points.size()), points.data());
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const auto& [x, y, place_x, place_y] = map.control_points[i];
+      points[i].dfGCPPixel = x, points[i].dfGCPLine = y, points[i].dfGCPX = place_x, points[i].dfGCPY = place_y;
+    }
+    dataset->SetGCPs(static_cast<int>(points.size()), points.data(), &srs);
+    GDALDeinitGCPs(static_cast<int>(points.size()), points.data());
+  }
   if (map.nodata)
     for (int b = 1; b <= map.bands; ++b) dataset->GetRasterBand(b)->SetNoDataValue(*map.nodata);
   if (map.mask) dataset->CreateMaskBand(GMF_PER_DATASET);

@@ -16,12 +16,13 @@ struct SyntheticMap {
   GDALDataType type = GDT_Float32;
   std::string crs = "EPSG:4326";                             // none where empty
   std::array<double, 6> geotransform = {0, 1, 0, 0, 0, -1};  // GDAL's: x of (0,0), per column, per row, y of (0,0), ...
+  std::vector<std::array<double, 4>> control_points;         // texel x, y and place x, y; instead of a geotransform
   std::optional<double> nodata;
   std::vector<int> factors;  // of overviews
   int tile = 128;
   bool pixel_is_point = false;  // told so by the file, which then holds the place of the first texel's centre
-  bool mask = false;   // a mask band, valid where mask_value is not 0
-  bool alpha = false;  // the last band is alpha
+  bool mask = false;            // a mask band, valid where mask_value is not 0
+  bool alpha = false;           // the last band is alpha
 
   /// Value of a texel: level, band from 0, column, row. Overviews get their own, not an average.
   std::function<double(int level, int band, int col, int row)> value;

@@ -182,6 +182,47 @@ TEST(Open, SaysWhyAMapCannotBePlaced) {
   EXPECT_FALSE(Map::open(folder.file("wrong.tif")));
 }
 
+/// Points every 60 texels, on a turned and sheared grid, the one in the middle `off` texels beside it.
+SyntheticMap map_of_control_points(double off) {
+  SyntheticMap map = small_map();
+  map.crs = "EPSG:32614";
+  for (double y = 0; y <= 180; y += 60)
+    for (double x = 0; x <= 300; x += 60) {
+      const double beside = x == 120 && y == 60 ? off : 0;
+      map.control_points.push_back({x, y, 600000 + 30 * (x + beside) + 4 * y, 5.2e6 + 7 * (x + beside) - 28 * y});
+    }
+  return map;
+}
+
+TEST(ControlPoints, OnAGridAreTheGeotransform) {
+  const TemporaryFolder folder;
+  const SyntheticMap synthetic = map_of_control_points(0);
+  test::write_map(synthetic, folder.file("m.tif"));
+  const auto map = Map::open(folder.file("m.tif"));
+  ASSERT_TRUE(map) << map.error().message;
+  EXPECT_EQ(map->description().georeference->crs, "EPSG:32614");
+  for (const auto& [x, y, place_x, place_y] : synthetic.control_points)
+    EXPECT_LT((map->crs_from_texel() * Eigen::Vector2d(x, y) - Eigen::Vector2d(place_x, place_y)).norm(), 1e-6);
+}
+
+TEST(ControlPoints, ServeToATenthOfATexelAndNoFurther) {
+  const TemporaryFolder folder;
+  test::write_map(map_of_control_points(0.1), folder.file("near.tif"));
+  EXPECT_TRUE(Map::open(folder.file("near.tif"))) << "least squares spread what one is off";
+  test::write_map(map_of_control_points(0.12), folder.file("off.tif"));
+  SyntheticMap few = map_of_control_points(0), line = few;
+  few.control_points = {line.control_points[0], line.control_points[5], line.control_points[20]};
+  test::write_map(few, folder.file("three.tif"));
+  line.control_points.resize(6);
+  test::write_map(line, folder.file("line.tif"));
+  for (const char* name : {"off.tif", "three.tif", "line.tif"}) {
+    const auto map = Map::open(folder.file(name));
+    ASSERT_FALSE(map) << name;
+    EXPECT_NE(map.error().message.find("gdalwarp"), std::string::npos) << map.error().message;
+    EXPECT_NE(describe(folder.file(name)).value().georeference_problem.find("control points"), std::string::npos);
+  }
+}
+
 TEST(Open, FarOutsideItsUtmZoneAMapHasNoPlace) {
   const TemporaryFolder folder;
   SyntheticMap synthetic = small_map();

@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 #include <ogr_spatialref.h>
 
+#include <Eigen/LU>
+#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -127,35 +129,70 @@ ValiditySource describe_validity(GDALDataset& dataset) {
                                : ValiditySource::Mask;  // no flag: each band has a mask of its own
 }
 
+/// The grid on which all ground control points lie within 0.1 texels, where there is one; fewer than four lie on any.
+std::optional<Eigen::Affine2d> grid_through(const GDAL_GCP* points, int count) {
+  constexpr double tolerance_texels = 0.1;
+  if (count < 4) return std::nullopt;
+  // Both sides about their means, for the digits' sake
+  Eigen::MatrixX2d texels(count, 2), crs(count, 2);
+  for (int i = 0; i < count; ++i) {
+    texels.row(i) << points[i].dfGCPPixel, points[i].dfGCPLine;
+    crs.row(i) << points[i].dfGCPX, points[i].dfGCPY;
+  }
+  const Eigen::RowVector2d texel = texels.colwise().mean(), place = crs.colwise().mean();
+  texels.rowwise() -= texel;
+  crs.rowwise() -= place;
+  const Eigen::ColPivHouseholderQR<Eigen::MatrixX2d> least_squares(texels);
+  if (least_squares.rank() < 2) return std::nullopt;  // on a line
+  const Eigen::Matrix2d linear = least_squares.solve(crs).transpose();
+  const Eigen::MatrixX2d beside = crs * linear.inverse().transpose() - texels;
+  if (!beside.allFinite() || beside.rowwise().norm().maxCoeff() > tolerance_texels) return std::nullopt;
+  Eigen::Affine2d crs_from_texel = Eigen::Affine2d::Identity();
+  crs_from_texel.linear() = linear;
+  crs_from_texel.translation() = place.transpose() - linear * texel.transpose();
+  return crs_from_texel;
+}
+
+Georeference georeference_in(const OGRSpatialReference& crs, const Eigen::Affine2d& crs_from_texel) {
+  Georeference where;
+  where.crs_from_texel = crs_from_texel;
+  char* wkt = nullptr;
+  const char* const options[] = {"FORMAT=WKT2_2019", nullptr};
+  crs.exportToWkt(&wkt, options);
+  where.definition = wkt ? wkt : "";
+  CPLFree(wkt);
+  const char *authority = crs.GetAuthorityName(nullptr), *code = crs.GetAuthorityCode(nullptr);
+  where.crs = authority && code ? fmt::format("{}:{}", authority, code) : crs.GetName() ? crs.GetName() : "unnamed";
+  return where;
+}
+
 /// Empty, and why, where the raster cannot be placed on the Earth.
 std::optional<Georeference> describe_georeference(GDALDataset& dataset, std::string& problem) {
   double g[6];
   const bool placed = dataset.GetGeoTransform(g) == CE_None;
   const OGRSpatialReference* crs = dataset.GetSpatialRef();
   if (!placed || !crs) {
-    const bool control_points = dataset.GetGCPCount() > 0;
+    const int control_points = dataset.GetGCPCount();
+    const OGRSpatialReference* crs_of_points = dataset.GetGCPSpatialRef();
+    if (control_points > 0 && !placed && crs_of_points)
+      if (const auto grid = grid_through(dataset.GetGCPs(), control_points))
+        return georeference_in(*crs_of_points, *grid);
     const bool rational = dataset.GetMetadata("RPC") != nullptr;
-    problem = control_points ? "only ground control points: warp it with gdalwarp first"
-              : rational     ? "only rational polynomial coefficients: warp it with gdalwarp -rpc first"
-              : placed       ? "no coordinate reference system: assign one with gdal_edit.py -a_srs"
-                             : "no geotransform: assign one with gdal_edit.py -a_srs CRS -a_ullr LEFT TOP RIGHT BOTTOM";
+    problem = control_points > 0 ? "only ground control points, not four or more that all lie on one grid: warp it "
+                                   "with gdalwarp -t_srs CRS first"
+              : rational         ? "only rational polynomial coefficients: warp it with gdalwarp -rpc first"
+              : placed           ? "no coordinate reference system: assign one with gdal_edit.py -a_srs"
+                       : "no geotransform: assign one with gdal_edit.py -a_srs CRS -a_ullr LEFT TOP RIGHT BOTTOM";
     return std::nullopt;
   }
-  Georeference where;
-  where.crs_from_texel.matrix() << g[1], g[2], g[0], g[4], g[5], g[3], 0, 0, 1;
-  const double determinant = where.crs_from_texel.linear().determinant();
+  Eigen::Affine2d crs_from_texel;
+  crs_from_texel.matrix() << g[1], g[2], g[0], g[4], g[5], g[3], 0, 0, 1;
+  const double determinant = crs_from_texel.linear().determinant();
   if (!std::all_of(g, g + 6, [](double v) { return std::isfinite(v); }) || !(std::abs(determinant) > 1e-300)) {
     problem = "its geotransform has no area";
     return std::nullopt;
   }
-  char* wkt = nullptr;
-  const char* const options[] = {"FORMAT=WKT2_2019", nullptr};
-  crs->exportToWkt(&wkt, options);
-  where.definition = wkt ? wkt : "";
-  CPLFree(wkt);
-  const char *authority = crs->GetAuthorityName(nullptr), *code = crs->GetAuthorityCode(nullptr);
-  where.crs = authority && code ? fmt::format("{}:{}", authority, code) : crs->GetName() ? crs->GetName() : "unnamed";
-  return where;
+  return georeference_in(*crs, crs_from_texel);
 }
 
 }  // namespace
