@@ -281,6 +281,13 @@ TEST(Projection, AMapAcrossTheAntimeridianHasOneRangeOfLongitudes) {
   std::array<Eigen::Vector2d, 1> p = {Eigen::Vector2d(181, 10)};
   projection.lon_lat_from_crs(p);
   EXPECT_NEAR(to_degrees(p[0].x()), -179, 1e-12);
+
+  auto mercator = Projection::from_definition("EPSG:3857").value();
+  const double half_around = std::numbers::pi * 6378137;
+  EXPECT_NEAR(project(mercator, -179, 10).x(), -half_around * 179 / 180, 1e-8);
+  mercator.wrap_around(half_around);
+  EXPECT_NEAR(project(mercator, -179, 10).x(), half_around * 181 / 180, 1e-8);
+  EXPECT_NEAR(project(mercator, 179, 10).x(), half_around * 179 / 180, 1e-8);
 }
 
 TEST(Projection, SaysWhereItIsNotDefined) {

@@ -34,7 +34,7 @@ class Exactly {
     transform_by_library(target.definition, source.definition, points_);
     const double middle = (source.crs_from_texel * Eigen::Vector2d(source.width / 2.0, source.height / 2.0)).x();
     for (auto& p : points_) {
-      if (source.projection.turn()) p.x() = middle + std::remainder(p.x() - middle, 360);
+      if (const auto turn = source.projection.turn()) p.x() = middle + std::remainder(p.x() - middle, *turn);
       p = source.crs_from_texel.inverse() * p;
     }
   }

@@ -223,6 +223,29 @@ TEST(ControlPoints, ServeToATenthOfATexelAndNoFurther) {
   }
 }
 
+TEST(GoesAround, IsToldFromTheTurnOfItsCrs) {
+  const TemporaryFolder folder;
+  const double equator = 2 * 3.14159265358979323846 * 6378137;
+  struct Case {
+    const char* crs;
+    double left, texel;
+    int width;
+    bool around;
+  };
+  for (const Case& c : {Case{"EPSG:4326", -180, 1, 360, true}, Case{"EPSG:4326", 0, 1, 360, true},
+                        Case{"EPSG:4326", 180, -1, 360, true}, Case{"EPSG:4326", -0.5, 1, 361, false},
+                        Case{"EPSG:4326", -180, 1, 359, false}, Case{"EPSG:4258", -180, 1, 360, true},
+                        Case{"EPSG:3857", -equator / 2, equator / 512, 512, true},
+                        Case{"EPSG:3857", 0, 1000, 512, false}, Case{"EPSG:32614", 0, 10, 360, false}}) {
+    SyntheticMap synthetic = small_map();
+    synthetic.crs = c.crs;
+    synthetic.width = c.width;
+    synthetic.geotransform = {c.left, c.texel, 0, 50, 0, -std::abs(c.texel)};
+    test::write_map(synthetic, folder.file("m.tif"));
+    EXPECT_EQ(Map::open(folder.file("m.tif")).value().goes_around(), c.around) << c.crs << " " << c.left;
+  }
+}
+
 TEST(Open, FarOutsideItsUtmZoneAMapHasNoPlace) {
   const TemporaryFolder folder;
   SyntheticMap synthetic = small_map();

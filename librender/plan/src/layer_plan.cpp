@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "nadir/base/text.h"
 #include "nadir/render/level_of_detail.h"
@@ -16,10 +17,16 @@ constexpr std::array<std::string_view, 3> quality_names = {"draft", "balanced", 
 /// More cells than this and a block is cut.
 constexpr std::int64_t most_cells_a_block = 16;
 
+/// Turns of which a block across a map's two ends is counted: it starts in the third, and spans less than two more.
+constexpr std::int32_t turns_counted = 5;
+
 class LayerPlanner {
  public:
   LayerPlanner(const tile::CellSource& source, const Sampling& sampling)
-      : map_(source.map()), sampling_(sampling), map_size_(map_.width(), map_.height()) {
+      : map_(source.map()),
+        sampling_(sampling),
+        map_size_(map_.width(), map_.height()),
+        around_(map_.goes_around() && map_.width() < std::numeric_limits<std::int32_t>::max() / turns_counted) {
     const auto& coarsest = map_.levels().back();
     coarsest_texels_ = std::sqrt(coarsest.texels_x * coarsest.texels_y);
     plan_.finest_level = static_cast<int>(map_.levels().size());
@@ -126,6 +133,7 @@ class LayerPlanner {
 
   /// `texels`: of the pixel centres of `rect`, NaN where no ground is seen; `footprint`: for want of a better.
   void add_texels(const PixelRect& rect, std::vector<Eigen::Vector2d> texels, Eigen::Matrix2d footprint) {
+    bring_to_one_turn(texels);
     const auto at = [&](int x, int y) -> const Eigen::Vector2d& {
       return texels[static_cast<std::size_t>(y * rect.width + x)];
     };
@@ -146,6 +154,8 @@ class LayerPlanner {
       for (int x = 0; x + 1 < rect.width && !found; ++x) {
         Eigen::Matrix2d j;
         j << at(x + 1, y) - at(x, y), at(x, y + 1) - at(x, y);
+        if (around_)  // nor do pixels beside a pole lie a turn apart
+          for (int i = 0; i < 2; ++i) j(0, i) = std::remainder(j(0, i), map_size_.x());
         found = j.allFinite();
         if (found) footprint = j;
       }
@@ -166,6 +176,15 @@ class LayerPlanner {
         for (int x = half.x; x < half.x + half.width; ++x) part.push_back(at(x - rect.x, y - rect.y));
       add_texels(half, std::move(part), footprint);
     }
+  }
+
+  /// To the turn nearest to the first texel, where the map goes around.
+  void bring_to_one_turn(std::vector<Eigen::Vector2d>& texels) const {
+    if (!around_) return;
+    const auto first = std::find_if(texels.begin(), texels.end(), [](const auto& p) { return p.allFinite(); });
+    if (first == texels.end()) return;
+    const double x = first->x();
+    for (auto& p : texels) p.x() = x + std::remainder(p.x() - x, map_size_.x());
   }
 
   static std::array<PixelRect, 2> halves(const PixelRect& rect) {
@@ -204,11 +223,21 @@ class LayerPlanner {
     s.samples_y = std::max(s.samples_y, count(pattern.samples_y));
   }
 
+  /// Brings a block whose texels start at `x` to the third turn, and says how far that was.
+  double count_turns(PlannedBlock& block, double x) const {
+    const double shift = (2 - std::floor(x / map_size_.x())) * map_size_.x();
+    block.sampling.texel_origin.x() += shift;
+    for (auto& p : block.texels) p.x() += shift;
+    block.sampling.map_width = turns_counted * map_size_.x();
+    return shift;
+  }
+
   /// Finds the levels and cells of a block whose texels lie within `bounds`, and adds it. False where they are too
   /// many: near the horizon an outline spans much that its pixels do not sample.
   bool place(PlannedBlock& block, const Eigen::AlignedBox2d& bounds) {
     BlockSampling& s = block.sampling;
-    const Eigen::AlignedBox2d map(Eigen::Vector2d::Zero(), map_size_);
+    Eigen::AlignedBox2d map(Eigen::Vector2d::Zero(), map_size_);
+    if (around_) map.min().x() = bounds.min().x(), map.max().x() = bounds.max().x();  // it has no ends
     const std::int64_t pixels = static_cast<std::int64_t>(block.rect.width) * block.rect.height;
     if (!map.intersects(bounds)) {
       plan_.pixels_off_map += pixels;
@@ -235,18 +264,24 @@ class LayerPlanner {
     // A texel to each side for the bilinear footprint, and one for what a step's linear offsets miss
     constexpr double margin = 2;
     std::int64_t cells = 0;
-    const Eigen::AlignedBox2d seen = map.intersection(bounds);
+    Eigen::AlignedBox2d seen = map.intersection(bounds);
+    const double reach = margin * map_.levels()[static_cast<std::size_t>(last)].texels_x;
+    const bool across = around_ && (bounds.min().x() < reach || bounds.max().x() > map_size_.x() - reach);
+    if (across) seen.translate(Eigen::Vector2d(count_turns(block, bounds.min().x()), 0));
     for (int k = first; k <= last; ++k) {
       const tile::Level& level = map_.levels()[static_cast<std::size_t>(k)];
       const auto cell_of = [](double texel, std::int32_t size) {
         return static_cast<std::int32_t>(std::clamp(std::floor(texel), 0.0, size - 1.0)) >> tile::cell_size_log2;
       };
       LevelWindow window{k, level.texels_x, level.texels_y};
-      window.first_col = cell_of(seen.min().x() / level.texels_x - margin, level.width);
+      if (across) window.around = level.width;
+      const std::int32_t width = across ? turns_counted * level.width : level.width;
+      window.first_col = cell_of(seen.min().x() / level.texels_x - margin, width);
       window.first_row = cell_of(seen.min().y() / level.texels_y - margin, level.height);
-      window.cols = cell_of(seen.max().x() / level.texels_x + margin, level.width) - window.first_col + 1;
+      window.cols = cell_of(seen.max().x() / level.texels_x + margin, width) - window.first_col + 1;
       window.rows = cell_of(seen.max().y() / level.texels_y + margin, level.height) - window.first_row + 1;
-      cells += static_cast<std::int64_t>(window.cols) * window.rows;
+      const std::int32_t shared = across ? 2 : 0;  // stored cells at the ends of the row, and the last column's
+      cells += static_cast<std::int64_t>(window.cols + shared) * window.rows;
       block.windows.push_back(window);
     }
     if (cells > most_cells_a_block && pixels > 1) return false;
@@ -263,6 +298,7 @@ class LayerPlanner {
   const tile::Map& map_;
   const Sampling& sampling_;
   const Eigen::Vector2d map_size_;
+  const bool around_;  // the Earth
   double coarsest_texels_ = 1;
   LayerPlan plan_;
 };

@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "nadir/base/text.h"
+#include "seam.h"
 
 namespace nadir::render {
 namespace {
@@ -17,10 +18,22 @@ struct WantedCell {
   friend bool operator<(const WantedCell& a, const WantedCell& b) { return a.key < b.key; }
 };
 
+/// As the window counts them.
 template <class Visit>
-void for_each_cell(const LevelWindow& window, Visit&& visit) {
+void for_each_place(const LevelWindow& window, Visit&& visit) {
   for (std::int32_t row = 0; row < window.rows; ++row)
     for (std::int32_t col = 0; col < window.cols; ++col) visit(window.first_col + col, window.first_row + row);
+}
+
+/// As they are stored, some perhaps several times.
+template <class Visit>
+void for_each_cell(const LevelWindow& window, Visit&& visit) {
+  for_each_place(window, [&](std::int32_t col, std::int32_t row) {
+    if (window.around == 0)
+      visit(col, row);
+    else
+      for_each_seam_run(col, window.around, [&](const SeamRun& run) { visit(run.col, row); });
+  });
 }
 
 void sort_unique(std::vector<WantedCell>& cells) {
@@ -63,11 +76,23 @@ void sample(const WorkItem& item, const std::vector<WantedCell>& wanted, const s
   BlockSampling sampling = item.block->sampling;
   std::vector<LevelWindow> windows = item.block->windows;
   std::vector<std::vector<const tile::Cell*>> cells(windows.size());
+  std::vector<std::unique_ptr<const tile::Cell>> joined;  // across a map's two ends
   for (std::size_t i = 0; i < windows.size(); ++i) {
-    for_each_cell(windows[i], [&](std::int32_t col, std::int32_t row) {
+    const auto stored = [&](std::int32_t col, std::int32_t row) {
       const WantedCell address{{item.source->id(), windows[i].level, col, row}, item.source};
       const auto at = std::lower_bound(wanted.begin(), wanted.end(), address) - wanted.begin();
-      cells[i].push_back(pinned[static_cast<std::size_t>(at)].get());
+      return pinned[static_cast<std::size_t>(at)].get();
+    };
+    for_each_place(windows[i], [&](std::int32_t col, std::int32_t row) {
+      if (windows[i].around == 0) {
+        cells[i].push_back(stored(col, row));
+      } else {
+        auto cell = std::make_unique<tile::Cell>(item.source->type(), static_cast<int>(item.source->bands().size()));
+        for_each_seam_run(col, windows[i].around,
+                          [&](const SeamRun& run) { copy_run(run, *stored(run.col, row), *cell); });
+        cells[i].push_back(cell.get());
+        joined.push_back(std::move(cell));
+      }
       sampling.masked = sampling.masked || cells[i].back()->masked();
     });
     windows[i].cells = cells[i];

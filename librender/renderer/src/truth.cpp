@@ -12,6 +12,12 @@ namespace nadir::render {
 using namespace geodesy;
 namespace {
 
+/// A texel on the turn nearest to `x`, where the map goes around the Earth.
+Eigen::Vector2d on_turn_of(double x, Eigen::Vector2d texel, const tile::Map& map) {
+  if (map.goes_around()) texel.x() = x + std::remainder(texel.x() - x, map.width());
+  return texel;
+}
+
 /// Greatest backward error of a homography over a grid, in image pixels; empty where the exact chain has no point.
 std::optional<double> homography_error_px(const ExactChain& chain, const tile::Map& map,
                                           const Eigen::Matrix3d& texel_from_image) {
@@ -25,7 +31,8 @@ std::optional<double> homography_error_px(const ExactChain& chain, const tile::M
   chain.crs_from_image(map.projection(), image, crs);
   double worst = 0;
   for (std::size_t i = 0; i < image.size(); ++i) {
-    const Eigen::Vector2d error = map.texel_from_crs() * crs[i] - apply(texel_from_image, image[i]);
+    const Eigen::Vector2d found = apply(texel_from_image, image[i]);
+    const Eigen::Vector2d error = on_turn_of(found.x(), map.texel_from_crs() * crs[i], map) - found;
     const double backward = (jacobian(texel_from_image, image[i]).inverse() * error).norm();
     if (!std::isfinite(backward)) return std::nullopt;
     worst = std::max(worst, backward);
@@ -37,7 +44,7 @@ void add_homographies(const ExactChain& chain, const tile::Map& map, Truth& trut
   std::array<Eigen::Vector2d, 4> texel;
   for (std::size_t i = 0; i < 4; ++i) {
     if (!truth.footprint_texel[i]) return;
-    texel[i] = *truth.footprint_texel[i];
+    texel[i] = on_turn_of(truth.footprint_texel[0]->x(), *truth.footprint_texel[i], map);
   }
   const auto texel_from_image = homography_from_rectangle(truth.width, truth.height, texel);
   if (!texel_from_image) return;

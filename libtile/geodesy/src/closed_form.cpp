@@ -17,7 +17,7 @@ constexpr double equatorial_radius_m = 6378137;
 
 class LonLat : public ClosedForm {
  public:
-  bool geographic() const override { return true; }
+  std::optional<double> turn() const override { return 360; }
   void forward(std::span<Eigen::Vector2d> points) const override {
     for (auto& p : points) p = {to_degrees(p.x()), to_degrees(p.y())};
   }
@@ -29,6 +29,7 @@ class LonLat : public ClosedForm {
 /// The sphere's formulas over the ellipsoid's latitudes (EPSG guidance note 7-2, method 1024).
 class WebMercator : public ClosedForm {
  public:
+  std::optional<double> turn() const override { return 2 * std::numbers::pi * equatorial_radius_m; }
   void forward(std::span<Eigen::Vector2d> points) const override {
     for (auto& p : points) {
       const bool pole = !(std::abs(p.y()) < std::numbers::pi / 2 - 1e-10);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <span>
 
 #include "nadir/geodesy/geodetic.h"
@@ -12,7 +13,8 @@ namespace nadir::geodesy {
 class ClosedForm {
  public:
   virtual ~ClosedForm() = default;
-  virtual bool geographic() const { return false; }
+  /// Once around the Earth in units of x, where that is a longitude.
+  virtual std::optional<double> turn() const { return std::nullopt; }
   /// In place, (lon_rad, lat_rad) to (x, y), degrees or metres, and back. Outside its domain: NaN.
   virtual void forward(std::span<Eigen::Vector2d> points) const = 0;
   virtual void inverse(std::span<Eigen::Vector2d> points) const = 0;

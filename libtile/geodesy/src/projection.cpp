@@ -30,8 +30,7 @@ struct Projection::Shared {
   std::string name, identity, datum;          // identity: equal where the CRS is the same
   std::shared_ptr<const ClosedForm> closed;   // else
   std::shared_ptr<const LibraryCrs> library;  // this
-  bool geographic = false;
-  double degrees_per_unit = 1;
+  std::optional<double> turn;
   std::atomic<std::int64_t> points{0};
 };
 
@@ -41,7 +40,7 @@ Result<Projection> Projection::from_definition(const std::string& definition) {
     shared->closed = closed_form(code);
     if (!shared->closed) return false;
     shared->identity = fmt::format("EPSG:{}", code);
-    shared->geographic = shared->closed->geographic();
+    shared->turn = shared->closed->turn();
     return true;
   };
   if (const auto code = epsg_code(definition); code && close(*code)) {
@@ -59,8 +58,7 @@ Result<Projection> Projection::from_definition(const std::string& definition) {
   shared->datum = (*crs)->datum;
   if ((*crs)->same_as && close(*(*crs)->same_as)) return Projection(std::move(shared));
   shared->identity = (*crs)->wkt;
-  shared->geographic = (*crs)->geographic;
-  shared->degrees_per_unit = (*crs)->degrees_per_unit;
+  if ((*crs)->geographic) shared->turn = 360 / (*crs)->degrees_per_unit;
   shared->library = std::move(*crs);
   return Projection(std::move(shared));
 }
@@ -68,10 +66,8 @@ Result<Projection> Projection::from_definition(const std::string& definition) {
 const std::string& Projection::name() const { return shared_->name; }
 const std::string& Projection::datum() const { return shared_->datum; }
 bool Projection::uses_library() const { return shared_->library != nullptr; }
-std::optional<double> Projection::turn() const {
-  return shared_->geographic ? std::optional(360 / shared_->degrees_per_unit) : std::nullopt;
-}
-void Projection::wrap_around(double x) { wrap_x_ = shared_->geographic ? std::optional(x) : std::nullopt; }
+std::optional<double> Projection::turn() const { return shared_->turn; }
+void Projection::wrap_around(double x) { wrap_x_ = shared_->turn ? std::optional(x) : std::nullopt; }
 std::int64_t Projection::library_points() const { return shared_->points.load(std::memory_order_relaxed); }
 
 Result<std::string> Projection::wkt() const {

@@ -172,7 +172,8 @@ std::optional<int> crs_code(const std::vector<double>& keys, bool& pixel_is_poin
     }
   }
   if (model == 2 && geographic == 4326 && projected == 0) return 4326;
-  if (model == 1 && projected != 4326 && geodesy::has_closed_form(projected) && (geographic == 0 || geographic == 4326)) return projected;
+  if (model == 1 && projected != 4326 && geodesy::has_closed_form(projected) && (geographic == 0 || geographic == 4326))
+    return projected;
   return std::nullopt;
 }
 

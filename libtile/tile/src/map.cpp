@@ -6,6 +6,7 @@
 #include <array>
 #include <atomic>
 #include <cassert>
+#include <cmath>
 
 #include "nadir/tile/raster.h"
 #include "nadir/transfer/remote_file.h"
@@ -22,6 +23,7 @@ struct Map::Shared {
   Eigen::Affine2d crs_from_texel, texel_from_crs;
   geodesy::Geodetic center;
   Eigen::Vector2d texel_size_m;
+  bool goes_around = false;
   std::atomic<std::int64_t> windows_read{0}, samples_read{0};
 };
 
@@ -50,6 +52,12 @@ Result<std::unique_ptr<Raster>> open_raster(const std::string& path) {
     if (auto raster = open_tiff_raster(std::move(*file), path)) return raster;
   // All others, and those whose fault GDAL knows best how to tell
   return open_by_gdal(path);
+}
+
+bool spans_a_turn(const geodesy::Projection& projection, const Eigen::Affine2d& crs_from_texel, std::int32_t width) {
+  const auto turn = projection.turn();
+  const auto& m = crs_from_texel.linear();
+  return turn && m(0, 1) == 0 && m(1, 0) == 0 && std::abs(*turn / std::abs(m(0, 0)) - width) <= 0.01;
 }
 
 }  // namespace
@@ -97,6 +105,7 @@ Result<Map> Map::over(std::unique_ptr<Raster> raster) {
   shared->crs_from_texel = crs_from_texel;
   shared->texel_from_crs = crs_from_texel.inverse();
   shared->center = {points[0].y(), points[0].x(), 0};
+  shared->goes_around = spans_a_turn(shared->projection, crs_from_texel, description.levels[0].width);
   shared->texel_size_m = {(ecef[2] - ecef[1]).norm(), (ecef[4] - ecef[3]).norm()};
   return Map(std::move(shared));
 }
@@ -107,6 +116,7 @@ const Eigen::Affine2d& Map::crs_from_texel() const { return shared_->crs_from_te
 const Eigen::Affine2d& Map::texel_from_crs() const { return shared_->texel_from_crs; }
 const geodesy::Geodetic& Map::center() const { return shared_->center; }
 const Eigen::Vector2d& Map::texel_size_m() const { return shared_->texel_size_m; }
+bool Map::goes_around() const { return shared_->goes_around; }
 MapCounters Map::counters() const { return {shared_->windows_read, shared_->samples_read}; }
 const TiffTiles* Map::tiles() const { return shared_->raster->tiles(); }
 

@@ -10,7 +10,8 @@
 
 namespace nadir::render {
 
-/// A block of pixels of one layer, ready to be sampled once its cells are pinned.
+/// A block of pixels of one layer, ready to be sampled once its cells are pinned. Across the two ends of a map that
+/// goes around the Earth, its texels are counted on from some turn: see LevelWindow::around.
 struct PlannedBlock {
   PixelRect rect;
   BlockSampling sampling;               // but for its levels, which exist once their cells are pinned

@@ -31,7 +31,8 @@ struct Truth {
   double map_gsd_m = 0;  // side of a texel, true metres at the map's centre
 
   /// Through the four outer corners of the image. Empty where one sees no ground, or the map's CRS is not defined
-  /// there, and where the surface is no plane.
+  /// there, and where the surface is no plane. Across the two ends of a map that goes around the Earth, columns are
+  /// counted on from the first corner's.
   std::optional<Eigen::Matrix3d> map_pixel_from_image_pixel, image_pixel_from_map_pixel;
   std::optional<double>
       homography_max_error_px;  // greatest distance, in image pixels, from the exact chain on a 9x9 grid

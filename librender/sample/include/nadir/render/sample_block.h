@@ -17,6 +17,9 @@ struct LevelWindow {
   int level = 0;
   double texels_x = 1, texels_y = 1;  // level-0 texels to one of this level's
   std::int32_t first_col = 0, first_row = 0, cols = 0, rows = 0;
+  // Where a block lies across the two ends of a map that goes around the Earth: the level's width. Columns are counted
+  // on past it then, and a cell of them holds texels of both ends.
+  std::int32_t around = 0;
   std::span<const tile::Cell* const> cells;
 };
 

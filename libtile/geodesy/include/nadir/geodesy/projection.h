@@ -14,7 +14,7 @@ namespace nadir::geodesy {
 /// Longitude and latitude (WGS-84) to the coordinates of one CRS and back.
 ///
 /// CRS coordinates are in the CRS's own units, east or x first: metres or feet where it is projected, degrees
-/// where it is geographic. Geographic longitudes may pass 180 degrees: `wrap_around` picks the turn.
+/// where it is geographic. Where x is a longitude it may pass 180 degrees: `wrap_around` picks the turn.
 /// WGS-84 longitude and latitude, its UTM zones, its polar stereographic CRS (3031, 3413, 3976, 3995, UPS) and Web
 /// Mercator are calculated here, within 0.2 micrometres of PROJ, and `uses_library()` says so; any other CRS goes
 /// through PROJ, which is loaded then, takes about a microsecond a point, and is counted.
@@ -31,11 +31,12 @@ class Projection {
   /// WKT2, which for a closed form the projection library has to be asked for.
   Result<std::string> wkt() const;
 
-  /// 360 degrees in units of a geographic CRS; none where x is no longitude.
+  /// Once around the Earth in units of x: 360 degrees of a geographic CRS, the equator of Web Mercator; none where x is
+  /// no longitude.
   std::optional<double> turn() const;
 
-  /// Turns of geographic longitudes are chosen nearest to this x, in CRS units, so that a map which
-  /// straddles the antimeridian has one range. No effect on a projected CRS.
+  /// Turns of longitudes are chosen nearest to this x, in CRS units, so that a map which straddles the antimeridian has
+  /// one range. No effect where there is no turn.
   void wrap_around(double x);
 
   /// In place, (lon_rad, lat_rad) to (x, y). Points outside the CRS's domain become NaN.

@@ -59,6 +59,10 @@ class Map {
   const Eigen::Affine2d& crs_from_texel() const;
   const Eigen::Affine2d& texel_from_crs() const;
 
+  /// Whether its columns go once around the Earth, within a hundredth of a texel: then what lies left of the first
+  /// column is the last one.
+  bool goes_around() const;
+
   /// The place at the middle of the raster, on the ellipsoid.
   const geodesy::Geodetic& center() const;
 
