@@ -6,6 +6,7 @@
 #include "codec_suite.h"
 #include "levels_suite.h"
 #include "mapping_suite.h"
+#include "motion_suite.h"
 #include "nadir/bench/runner.h"
 #include "read_suite.h"
 
@@ -18,7 +19,8 @@ Suite stability_suite();
 
 /// All suites that `nadir bench` knows: a new one is declared above and listed here.
 inline std::vector<Suite> all_suites() {
-  return {read_suite(), codec_suite(), build_suite(), levels_suite(), mapping_suite(), stability_suite(), start_suite()};
+  return {read_suite(),    codec_suite(),  build_suite(),     levels_suite(),
+          mapping_suite(), motion_suite(), stability_suite(), start_suite()};
 }
 
 }  // namespace nadir::bench

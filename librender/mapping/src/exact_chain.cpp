@@ -13,6 +13,9 @@ using namespace geodesy;
 namespace {
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
+/// Sine of the smallest angle below the horizontal at which a plane counts as ground.
+double smallest_sink(double above_m) { return above_m / ExactChain::plane_reach_m(above_m); }
+
 /// Between two unit vectors, exact for small angles too.
 double angle_between(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
   return std::atan2(a.cross(b).norm(), a.dot(b));
@@ -27,25 +30,61 @@ ExactChain::ExactChain(const Camera& camera, const CameraPose& ecef_from_camera,
       enu_from_camera_(surface.frame().enu_from_ecef() * ecef_from_camera) {
   if (camera.lens().ideal())
     enu_ray_from_image_ = enu_from_camera_.rotation.toRotationMatrix() * camera.ray_from_image();
+  ground_ = ground_cone(ecef_from_camera_);
+  smallest_sink_ = smallest_sink(ground_.above_m);
+}
+
+ExactChain::ExactChain(const Camera& camera, const CameraMotion& motion, const Shutter& shutter, const Surface& surface,
+                       double of_exposure_s)
+    : ExactChain(camera, motion.at(of_exposure_s), surface) {
+  if (shutter.readout_s == 0) return;
+  rolling_ = {motion, of_exposure_s, shutter.readout_s, static_cast<double>(camera.height_px())};
+  flat_ = false;
+  cone_shift_rad_ = greatest_cone_shift_rad();
+}
+
+std::vector<double> ExactChain::kinks() const {
+  std::vector<double> rows;
+  if (!rolling_) return rows;
+  for (const double time_s :
+       rolling_->motion.moments_between(rolling_->time_s(0), rolling_->time_s(rolling_->height_px)))
+    rows.push_back(((time_s - rolling_->middle_s) / rolling_->readout_s + 0.5) * rolling_->height_px);
+  return rows;
+}
+
+ExactChain::GroundCone ExactChain::ground_cone(const CameraPose& ecef_from_camera) const {
+  GroundCone cone;
   if (const Plane* plane = surface_.plane()) {
-    above_m_ = enu_from_camera_.origin.z() - plane->up_m();
-    smallest_sink_ = above_m_ / plane_reach_m(above_m_);
-    ground_axis_ = -Eigen::Vector3d::UnitZ();
-    ground_angle_ = above_m_ > 0 ? std::acos(smallest_sink_) : 0;
+    cone.above_m = (surface_.frame().enu_from_ecef() * ecef_from_camera).origin.z() - plane->up_m();
+    cone.axis = -Eigen::Vector3d::UnitZ();
+    if (cone.above_m > 0) cone.angle_rad = std::acos(smallest_sink(cone.above_m));
   } else {
     const Ellipsoid& ellipsoid = *surface_.ellipsoid();
-    above_m_ = geodetic_from_ecef({ecef_from_camera.origin}).height_m - ellipsoid.height_m();
+    cone.above_m = geodetic_from_ecef({ecef_from_camera.origin}).height_m - ellipsoid.height_m();
     const Eigen::Vector3d from = ellipsoid.to_unit_sphere(ecef_from_camera.origin);
-    ground_axis_ = -from.normalized();
-    ground_angle_ = above_m_ > 0 ? std::asin(std::min(1.0, 1 / from.norm())) : 0;
+    cone.axis = -from.normalized();
+    if (cone.above_m > 0) cone.angle_rad = std::asin(std::min(1.0, 1 / from.norm()));
   }
+  return cone;
+}
+
+double ExactChain::greatest_cone_shift_rad() const {
+  std::vector<double> rows = kinks();
+  for (const double s : {0.0, 0.25, 0.5, 0.75, 1.0}) rows.push_back(s * rolling_->height_px);
+  double shift = 0;
+  for (const double row : rows) {
+    const GroundCone cone = ground_cone(ecef_from_camera_at(row));
+    if (!(cone.above_m > 0)) return std::numbers::pi;  // nothing is certain
+    shift = std::max(shift, angle_between(cone.axis, ground_.axis) + std::abs(cone.angle_rad - ground_.angle_rad));
+  }
+  return 2 * shift;  // between those rows it is smooth, and small against a frame
 }
 
 /// A ray as a unit vector in the axes of the cone of rays that see ground.
-Eigen::Vector3d ExactChain::towards_ground(const Eigen::Vector3d& camera_ray) const {
+Eigen::Vector3d ExactChain::towards_ground(const Eigen::Vector3d& camera_ray, const CameraPose& pose) const {
   if (const Ellipsoid* ellipsoid = surface_.ellipsoid())
-    return ellipsoid->to_unit_sphere(ecef_from_camera_.rotation * camera_ray).normalized();
-  return (enu_from_camera_.rotation * camera_ray).normalized();
+    return ellipsoid->to_unit_sphere(pose.rotation * camera_ray).normalized();
+  return ((surface_.frame().enu_from_ecef() * pose).rotation * camera_ray).normalized();
 }
 
 Eigen::Vector3d ExactChain::down() const {
@@ -54,13 +93,13 @@ Eigen::Vector3d ExactChain::down() const {
 }
 
 double ExactChain::visibility(const Eigen::Vector2d& image) const {
-  if (!(above_m_ > 0)) return -1;
+  if (!(ground_.above_m > 0) && !rolling_) return -1;
   if (flat_) return -enu_ray_from_image_.row(2).dot(image.homogeneous()) - smallest_sink_;
   return enu_from_image(image) ? 1 : -1;
 }
 
 Sight ExactChain::look(const Eigen::AlignedBox2d& rectangle) const {
-  if (!(above_m_ > 0)) return Sight::None;
+  if (!(ground_.above_m > 0)) return rolling_ ? Sight::Some : Sight::None;
   if (flat_) {
     int seen = 0;
     for (const auto corner : {Eigen::AlignedBox2d::BottomLeft, Eigen::AlignedBox2d::BottomRight,
@@ -83,15 +122,22 @@ Sight ExactChain::look(const Eigen::AlignedBox2d& rectangle) const {
     const Eigen::Vector2d nearest = axis.cwiseMax(rectangle.min()).cwiseMin(rectangle.max());
     return found == 0 && !camera_.ray_of(axis + 0.9 * (nearest - axis)) ? Sight::None : Sight::Some;
   }
-  const Eigen::Vector3d middle = towards_ground(*rays[4]);
+  const Eigen::Vector3d middle = towards_ground(*rays[4], ecef_from_camera_);
   double spread = 0;
-  for (const auto& ray : rays) spread = std::max(spread, angle_between(middle, towards_ground(*ray)));
+  for (const auto& ray : rays)
+    spread = std::max(spread, angle_between(middle, towards_ground(*ray, ecef_from_camera_)));
   // Through an ideal lens the greatest angle is a corner's; others bend between the places looked at.
   if (!camera_.lens().ideal()) spread = 1.25 * spread + 1e-3;
-  constexpr double to_spare = 1e-4;
-  const double aside = angle_between(middle, ground_axis_);
-  if (aside - spread > ground_angle_ + to_spare) return Sight::None;
-  if (aside + spread < ground_angle_ - to_spare) return Sight::All;
+  Eigen::Vector3d facing = middle;
+  if (rolling_) {  // rows turn against the middle one
+    const double first_s = rolling_->time_s(rectangle.min().y()), last_s = rolling_->time_s(rectangle.max().y());
+    facing = towards_ground(*rays[4], ecef_from_camera_at(rectangle.center().y()));
+    spread = 1.01 * (spread + rolling_->motion.turn_rad(first_s, last_s));  // on the unit sphere angles differ by 0.4 %
+  }
+  const double to_spare = 1e-4 + cone_shift_rad_;
+  const double aside = angle_between(facing, ground_.axis);
+  if (aside - spread > ground_.angle_rad + to_spare) return Sight::None;
+  if (aside + spread < ground_.angle_rad - to_spare) return Sight::All;
   return Sight::Some;
 }
 
@@ -102,7 +148,7 @@ Eigen::Matrix3d ExactChain::plane_from_image() const {
   Eigen::Matrix3d h;
   h.row(2) = -enu_ray_from_image_.row(2);
   for (int axis = 0; axis < 2; ++axis)
-    h.row(axis) = enu_from_camera_.origin[axis] * h.row(2) + above_m_ * enu_ray_from_image_.row(axis);
+    h.row(axis) = enu_from_camera_.origin[axis] * h.row(2) + ground_.above_m * enu_ray_from_image_.row(axis);
   return h;
 }
 
@@ -114,6 +160,13 @@ std::optional<Eigen::Vector3d> ExactChain::plane_hit(const Plane& plane, const E
   } else {
     const auto camera_ray = camera_.ray_of(image);
     if (!camera_ray) return std::nullopt;
+    if (rolling_) {
+      const auto pose = surface_.frame().enu_from_ecef() * ecef_from_camera_at(image.y());
+      ray = pose.rotation * *camera_ray;
+      if (!(-ray.z() > smallest_sink(pose.origin.z() - plane.up_m()))) return std::nullopt;
+      const auto point = plane.hit({pose.origin}, {ray});
+      return point ? std::optional<Eigen::Vector3d>(point->xyz) : std::nullopt;
+    }
     ray = enu_from_camera_.rotation * *camera_ray;
     if (!(-ray.z() > smallest_sink_)) return std::nullopt;
   }
@@ -124,7 +177,8 @@ std::optional<Eigen::Vector3d> ExactChain::plane_hit(const Plane& plane, const E
 std::optional<Point<frame::Ecef>> ExactChain::ellipsoid_hit(const Eigen::Vector2d& image) const {
   const auto camera_ray = camera_.ray_of(image);
   if (!camera_ray) return std::nullopt;
-  return surface_.ellipsoid()->hit({ecef_from_camera_.origin}, {ecef_from_camera_.rotation * *camera_ray});
+  const CameraPose pose = ecef_from_camera_at(image.y());
+  return surface_.ellipsoid()->hit({pose.origin}, {pose.rotation * *camera_ray});
 }
 
 std::optional<Eigen::Vector3d> ExactChain::enu_from_image(const Eigen::Vector2d& image) const {

@@ -29,10 +29,14 @@ class Builder {
           const std::vector<GroundExtent>& extents)
       : chain_(chain), projection_(projection), extents_(extents) {
     if (chain.flat()) plane_from_image_ = chain.plane_from_image();
+    for (const double row : chain.kinks()) kink_rows_.push_back(static_cast<int>(std::floor(row)));
     mapping_.tolerance_px = tolerance_px;
   }
 
   void add(const PixelRect& rect) {
+    if (const auto kink = std::lower_bound(kink_rows_.begin(), kink_rows_.end(), rect.y);
+        kink != kink_rows_.end() && *kink < rect.y + rect.height)
+      return add_around(*kink, rect);
     if (sees_no_ground(rect)) return push({rect, Patch::Kind::NoGround});
     if (is_off_map(rect)) return push({rect, Patch::Kind::OffMap});
     if (auto patch = fit(rect)) return push(std::move(*patch));
@@ -64,7 +68,7 @@ class Builder {
   /// True only where it is certain: all of the rectangle sees ground, within a convex quadrangle whose bounds meet no
   /// map.
   bool is_off_map(const PixelRect& rect) const {
-    if (extents_.empty()) return false;
+    if (extents_.empty() || chain_.rolling()) return false;
     if (chain_.surface().ellipsoid()) return is_off_every_cap(rect);
     if (!chain_.flat()) return false;
     Eigen::AlignedBox2d seen;
@@ -198,6 +202,14 @@ class Builder {
     return patch;
   }
 
+  /// A row in which the poses of a rolling shutter change their velocity is smooth nowhere but at its pixels.
+  void add_around(int row, const PixelRect& rect) {
+    if (row > rect.y) add({rect.x, rect.y, rect.width, row - rect.y});
+    for (int x = rect.x; x < rect.x + rect.width; x += block_px)
+      push(per_pixel({x, row, std::min(block_px, rect.x + rect.width - x), 1}));
+    if (row + 1 < rect.y + rect.height) add({rect.x, row + 1, rect.width, rect.y + rect.height - row - 1});
+  }
+
   /// Two parts across the longer side, cut at a multiple of the block where there is one inside, else of the smallest
   /// patch.
   static std::pair<PixelRect, PixelRect> halves(const PixelRect& rect) {
@@ -217,6 +229,7 @@ class Builder {
   const geodesy::Projection& projection_;
   const std::vector<GroundExtent>& extents_;
   Eigen::Matrix3d plane_from_image_ = Eigen::Matrix3d::Zero();  // of flat chains
+  std::vector<int> kink_rows_;                                  // rising
   PatchMapping mapping_;
 };
 

@@ -10,6 +10,7 @@
 #include <limits>
 
 #include "explain.h"
+#include "exposure.h"
 #include "nadir/base/text.h"
 #include "pass.h"
 
@@ -37,16 +38,6 @@ WorkTotals totals(const Scene& scene) {
   return t;
 }
 
-Result<CameraPose> checked(const CameraPose& pose) {
-  const double length = pose.rotation.norm();
-  if (!pose.origin.allFinite() || !(std::abs(length - 1) < 1e-3))
-    return fail(Error::Kind::Malformed,
-                fmt::format("pose: expected a finite position and a unit quaternion, found a length of {}", length));
-  // What is a unit quaternion but for rounding stays as it is: truth gives back the bits that came in.
-  if (std::abs(length - 1) < 1e-14) return pose;
-  return CameraPose{pose.rotation.normalized(), pose.origin};
-}
-
 /// What invalid pixels hold.
 void finish_invalid(FrameLayer& layer, const RenderOptions& options) {
   const bool fill = options.off_map == OffMap::Fill;
@@ -64,7 +55,7 @@ void finish_invalid(FrameLayer& layer, const RenderOptions& options) {
   });
 }
 
-/// One mapping for all layers of a CRS.
+/// One mapping for all layers of a CRS, of those that take part.
 struct SharedMappings {
   std::vector<PatchMapping> mappings;
   std::vector<std::size_t> index;  // of each layer's
@@ -76,18 +67,19 @@ struct SharedMappings {
   }
 };
 
-SharedMappings share_mappings(const Scene& scene, const ExactChain& chain, double tolerance_px) {
+SharedMappings share_mappings(const Scene& scene, const ExactChain& chain, double tolerance_px,
+                              std::span<const std::size_t> which) {
   SharedMappings shared;
   const auto projection_of = [&](std::size_t i) -> const geodesy::Projection& {
-    return scene.layers()[i].source->map().projection();
+    return scene.layers()[which[i]].source->map().projection();
   };
-  for (std::size_t i = 0; i < scene.layers().size(); ++i) {
+  for (std::size_t i = 0; i < which.size(); ++i) {
     std::vector<GroundExtent> extents;
     std::size_t first = i;
-    for (std::size_t k = 0; k < scene.layers().size(); ++k) {
+    for (std::size_t k = 0; k < which.size(); ++k) {
       if (!(projection_of(k) == projection_of(i))) continue;
       first = std::min(first, k);
-      extents.push_back(scene.layers()[k].extent);
+      extents.push_back(scene.layers()[which[k]].extent);
     }
     if (first < i) {
       shared.index.push_back(shared.index[first]);
@@ -118,15 +110,21 @@ FrameLayer empty_layer(const Layer& layer, const ExactChain& chain) {
   return out;
 }
 
+/// Of the instants of an exposure, the widest range of levels, and the most of all else.
 void note_plan(const LayerPlan& plan, const PatchMapping& mapping, const Sampling& sampling,
-               const RenderOptions& options, Truth& truth) {
+               const RenderOptions& options, bool first, Truth& truth) {
   truth.quality = options.quality;
   truth.filter = sampling.filter;
-  truth.finest_level = plan.finest_level;
-  truth.coarsest_level = plan.coarsest_level;
-  truth.undersampled = plan.undersampled;
-  truth.geometry_error_px = mapping.error_px;
-  truth.tiles = count_cells(plan);
+  truth.finest_level = first ? plan.finest_level : std::min(truth.finest_level, plan.finest_level);
+  truth.coarsest_level = std::max(truth.coarsest_level, plan.coarsest_level);
+  truth.undersampled = truth.undersampled || plan.undersampled;
+  truth.geometry_error_px = std::max(truth.geometry_error_px, mapping.error_px);
+  truth.tiles = std::max(truth.tiles, count_cells(plan));
+}
+
+void clear(FrameLayer& layer) {
+  std::fill(layer.samples.begin(), layer.samples.end(), std::byte{0});
+  std::fill(layer.validity.begin(), layer.validity.end(), std::uint8_t{0});
 }
 
 /// From map values to what the sensor delivers.
@@ -145,6 +143,9 @@ Result<void> check_options(const RenderOptions& options) {
   if (!(options.geometry_tolerance_px > 0 && options.geometry_tolerance_px <= 1))
     return fail(Error::Kind::Malformed, fmt::format("geometry tolerance: expected image pixels in (0, 1], found {}",
                                                     options.geometry_tolerance_px));
+  if (!(options.motion_step_px > 0 && options.motion_step_px <= 1e3))
+    return fail(Error::Kind::Malformed,
+                fmt::format("motion step: expected image pixels in (0, 1000], found {}", options.motion_step_px));
   if (!std::isfinite(options.fill_value)) return fail(Error::Kind::Malformed, "fill value: expected a finite number");
   return {};
 }
@@ -194,66 +195,130 @@ tile::CacheCounters Renderer::cache_counters() const { return engine_->cache.cou
 
 Result<Frame> Renderer::render(const Scene& scene, const Camera& camera, const CameraPose& ecef_from_camera,
                                const RenderOptions& options) {
+  const auto pose = checked_pose(ecef_from_camera);
+  if (!pose) return fail(pose);
+  const ExactChain chain(camera, *pose, scene.surface());
+  return expose(scene, chain, std::span(&chain, 1), options);
+}
+
+Result<Frame> Renderer::render(const Scene& scene, const Camera& camera, const CameraMotion& motion,
+                               const Shutter& shutter, const RenderOptions& options) {
+  if (auto ok = check(shutter); !ok) return fail(ok);
+  if (auto ok = check_options(options); !ok) return fail(ok);
+  if (shutter.instant()) return render(scene, camera, motion.at(0), options);
+  Exposure exposure{.shutter = shutter};
+  exposure.motion_px = motion_px(camera, motion, shutter, scene.surface());
+  const auto instants_s = exposure_instants_s(shutter, exposure.motion_px, options.motion_step_px);
+  if (!instants_s) return fail(instants_s);
+  exposure.poses = static_cast<int>(instants_s->size());
+  const double half_s = (shutter.exposure_s + shutter.readout_s) / 2;
+  exposure.ecef_from_camera_at_start = motion.at(-half_s);
+  exposure.ecef_from_camera_at_end = motion.at(half_s);
+
+  std::vector<ExactChain> chains;
+  for (const double of_exposure_s : *instants_s)
+    chains.emplace_back(camera, motion, shutter, scene.surface(), of_exposure_s);
+  auto frame = expose(scene, {camera, motion, shutter, scene.surface()}, chains, options);
+  if (!frame) return frame;
+  for (FrameLayer& layer : frame->layers_) layer.truth.exposure = exposure;
+  if (options.explain)
+    frame->explanation_.done.push_back(
+        fmt::format("exposure: {} poses over {} s, in which what is seen goes {:.2f} px; readout {} s", exposure.poses,
+                    shutter.exposure_s, exposure.motion_px, shutter.readout_s));
+  return frame;
+}
+
+Result<Frame> Renderer::expose(const Scene& scene, const ExactChain& middle, std::span<const ExactChain> instants,
+                               const RenderOptions& options) {
   const auto start = std::chrono::steady_clock::now();
   if (auto ok = scene.check(); !ok) return fail(ok);
   if (auto ok = check_options(options); !ok) return fail(ok);
-  const auto pose = checked(ecef_from_camera);
-  if (!pose) return fail(pose);
-  const ExactChain chain(camera, *pose, scene.surface());
   const WorkTotals before = totals(scene);
   const tile::CacheCounters cache_before = engine_->cache.counters();
 
   Frame frame;
-  const SharedMappings shared = share_mappings(scene, chain, options.geometry_tolerance_px);
-  for (const PatchMapping& mapping : shared.mappings) frame.counters_.exact_points += mapping.exact_points;
-
-  // Plan each layer
-  std::vector<LayerPlan> plans;
-  std::vector<WorkItem> items;
-  const std::size_t pixels = static_cast<std::size_t>(camera.width_px()) * static_cast<std::size_t>(camera.height_px());
-  for (std::size_t i = 0; i < scene.layers().size(); ++i) {
-    const Layer& layer = scene.layers()[i];
-    FrameLayer out = empty_layer(layer, chain);
+  const std::size_t pixels =
+      static_cast<std::size_t>(middle.camera().width_px()) * static_cast<std::size_t>(middle.camera().height_px());
+  std::vector<std::size_t> all, blended, unblended;
+  for (const Layer& layer : scene.layers()) {
+    FrameLayer out = empty_layer(layer, middle);
     if (options.off_map == OffMap::Reject)
       if (auto ok = refuse_off_map(layer, out.truth); !ok) return fail(ok);
-    const Sampling sampling = sampling_of(layer, options);
-    plans.push_back(plan_layer(shared.of(i), *layer.source, sampling));
-    note_plan(plans.back(), shared.of(i), sampling, options, out.truth);
-    frame.counters_.cells += out.truth.tiles;
-    frame.counters_.samples += plans.back().samples;
-    frame.layers_.push_back(std::move(out));
-  }
-  for (std::size_t i = 0; i < plans.size(); ++i) {
-    FrameLayer& out = frame.layers_[i];
     out.samples.resize(pixels * static_cast<std::size_t>(out.bands) * tile::size_bytes(out.type));
     out.validity.resize(pixels);
-    for (const PlannedBlock& block : plans[i].blocks)
-      items.push_back({&block, scene.layers()[i].source.get(), out.samples.data(), out.validity.data(),
-                       static_cast<std::size_t>(out.width)});
+    (layer.options.role == tile::Role::Labels ? unblended : blended).push_back(all.size());
+    all.push_back(all.size());
+    frame.layers_.push_back(std::move(out));
   }
-
   std::set<std::string> damage;
-  const auto sampled =
-      engine_->arena.execute([&] { return run_passes(items, engine_->cache, frame.counters_, damage); });
-  if (!sampled) return fail(sampled);
+  if (instants.size() == 1) {
+    if (auto ok = sample(scene, instants[0], all, options, true, frame, damage); !ok) return fail(ok);
+  } else {
+    if (!unblended.empty())
+      if (auto ok = sample(scene, middle, unblended, options, true, frame, damage); !ok) return fail(ok);
+    std::vector<MeanImage> means;
+    for (const std::size_t i : blended)
+      means.emplace_back(frame.layers_[i], scene.layers()[i].source->domain() == tile::Domain::Decibel);
+    for (std::size_t k = 0; k < instants.size() && !blended.empty(); ++k) {
+      if (k > 0)
+        for (const std::size_t i : blended) clear(frame.layers_[i]);
+      if (auto ok = sample(scene, instants[k], blended, options, k == 0, frame, damage); !ok) return fail(ok);
+      engine_->arena.execute([&] {
+        for (std::size_t m = 0; m < means.size(); ++m) means[m].add(frame.layers_[blended[m]]);
+      });
+    }
+    engine_->arena.execute([&] {
+      for (std::size_t m = 0; m < means.size(); ++m) means[m].write(frame.layers_[blended[m]]);
+    });
+  }
 
   const WorkTotals after = totals(scene);
   frame.counters_.projection_points = after.projection_points - before.projection_points;
   frame.counters_.windows_read = after.windows_read - before.windows_read;
   frame.counters_.samples_read = after.samples_read - before.samples_read;
   frame.counters_.cells_loaded = engine_->cache.counters().loads - cache_before.loads;
-  for (std::size_t i = 0; i < plans.size(); ++i) {
+  for (std::size_t i = 0; i < frame.layers_.size(); ++i) {
     FrameLayer& out = frame.layers_[i];
     finish_layer(scene.layers()[i], options, out);
+    frame.counters_.cells += out.truth.tiles;
     for (const std::string& message : damage)
       if (message.starts_with(out.truth.map_path)) out.truth.damage.push_back(message);
-    if (options.explain)
-      explain_layer(scene.layers()[i], shared.of(i), !shared.is_first(i), plans[i], out, frame.explanation_);
   }
-  if (options.explain) explain_frame(scene, camera, frame.counters_, frame.explanation_);
+  if (options.explain) explain_frame(scene, middle.camera(), frame.counters_, frame.explanation_);
   const double render_ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
   for (FrameLayer& layer : frame.layers_) layer.truth.render_ms = render_ms;
   return frame;
+}
+
+Result<void> Renderer::sample(const Scene& scene, const ExactChain& chain, std::span<const std::size_t> which,
+                              const RenderOptions& options, bool first, Frame& frame, std::set<std::string>& damage) {
+  const SharedMappings shared = share_mappings(scene, chain, options.geometry_tolerance_px, which);
+  for (const PatchMapping& mapping : shared.mappings) frame.counters_.exact_points += mapping.exact_points;
+
+  std::vector<LayerPlan> plans;
+  for (std::size_t k = 0; k < which.size(); ++k) {
+    const Layer& layer = scene.layers()[which[k]];
+    Truth& truth = frame.layers_[which[k]].truth;
+    const Sampling sampling = sampling_of(layer, options);
+    plans.push_back(plan_layer(shared.of(k), *layer.source, sampling));
+    note_plan(plans.back(), shared.of(k), sampling, options, first, truth);
+    frame.counters_.samples += plans.back().samples;
+  }
+  std::vector<WorkItem> items;
+  for (std::size_t k = 0; k < plans.size(); ++k) {
+    FrameLayer& out = frame.layers_[which[k]];
+    for (const PlannedBlock& block : plans[k].blocks)
+      items.push_back({&block, scene.layers()[which[k]].source.get(), out.samples.data(), out.validity.data(),
+                       static_cast<std::size_t>(out.width)});
+  }
+
+  const auto sampled =
+      engine_->arena.execute([&] { return run_passes(items, engine_->cache, frame.counters_, damage); });
+  if (!sampled) return sampled;
+  for (std::size_t k = 0; first && options.explain && k < plans.size(); ++k)
+    explain_layer(scene.layers()[which[k]], shared.of(k), !shared.is_first(k), plans[k], frame.layers_[which[k]],
+                  frame.explanation_);
+  return {};
 }
 
 }  // namespace nadir::render

@@ -97,6 +97,12 @@ void add_render_options(CLI::App& app, RenderArguments& a) {
   app.add_option("--mount", a.mount,
                  "x_m,y_m,z_m,yaw_deg,pitch_deg,roll_deg of the camera on the vehicle (looking down, top to the nose)")
       ->group("View");
+  app.add_option("--exposure", a.shutter.exposure_s,
+                 "seconds that each row is exposed for, about the pose's time; the camera moves as the poses do (0)")
+      ->group("View");
+  app.add_option("--readout", a.shutter.readout_s,
+                 "seconds from the exposure of the image's upper edge to that of its lower one: a rolling shutter (0)")
+      ->group("View");
   app.add_option("--origin", a.origin,
                  "lat,lon,height of the scene origin in degrees and metres (first map's centre at ground height)")
       ->group("View");

@@ -83,18 +83,37 @@ bool is_blank(const render::Frame& frame) {
                      [](const render::FrameLayer& layer) { return layer.truth.valid_fraction == 0; });
 }
 
+/// The motion that the poses describe; empty where the shutter is instant, and nobody asks.
+Result<std::optional<render::CameraMotion>> motion_of(const std::vector<sim::TimedPose>& poses,
+                                                      const render::Shutter& shutter) {
+  if (auto ok = render::check(shutter); !ok) return fail(ok.error().kind, "--" + ok.error().message);
+  if (shutter.instant()) return std::nullopt;
+  if (poses.size() < 2)
+    return fail(Error::Kind::Malformed,
+                "--exposure and --readout need a camera that moves: give at least two poses with times");
+  std::vector<render::Moment> moments;
+  for (const sim::TimedPose& pose : poses)
+    moments.push_back({static_cast<double>(pose.time_ns) * 1e-9, pose.ecef_from_camera});
+  auto motion = render::CameraMotion::through(std::move(moments));
+  if (!motion) return fail(motion);
+  return std::optional(std::move(*motion));
+}
+
 /// Renders all poses, into `dataset` where there is one.
 Result<void> render_frames(const RenderArguments& arguments, const render::RenderOptions& options,
                            const render::Scene& scene, const render::Camera& camera,
-                           const std::vector<sim::TimedPose>& poses, render::Renderer& renderer,
-                           record::Dataset* dataset, record::Overview& overview, Summary& summary) {
+                           const std::vector<sim::TimedPose>& poses, const std::optional<render::CameraMotion>& motion,
+                           render::Renderer& renderer, record::Dataset* dataset, record::Overview& overview,
+                           Summary& summary) {
   std::vector<std::string> sensors;
   for (const render::Layer& layer : scene.layers()) sensors.push_back(layer.name);
   Progress progress("rendering", "frames", static_cast<std::int64_t>(poses.size()), !arguments.json);
   for (const sim::TimedPose& pose : poses) {
     render::RenderOptions frame_options = options;
     frame_options.explain = arguments.explain && summary.explanation.done.empty();
-    auto frame = renderer.render(scene, camera, pose.ecef_from_camera, frame_options);
+    const double time_s = static_cast<double>(pose.time_ns) * 1e-9;
+    auto frame = motion ? renderer.render(scene, camera, motion->from(time_s), arguments.shutter, frame_options)
+                        : renderer.render(scene, camera, pose.ecef_from_camera, frame_options);
     progress.advance();
     if (!frame && frame.error().kind == Error::Kind::OutsideMap) {
       ++summary.rejected;
@@ -121,7 +140,10 @@ Result<void> render_frames(const RenderArguments& arguments, const render::Rende
     if (!dataset) continue;
     std::optional<render::TruthPlanes> planes;
     if (arguments.truth_planes)
-      planes = render::truth_planes({camera, pose.ecef_from_camera, scene.surface()}, arguments.threads);
+      planes = render::truth_planes(
+          motion ? render::ExactChain(camera, motion->from(time_s), arguments.shutter, scene.surface())
+                 : render::ExactChain(camera, pose.ecef_from_camera, scene.surface()),
+          arguments.threads);
     if (auto ok = dataset->add(std::move(*frame), pose.time_ns, arguments.vehicle,
                                options.off_map == render::OffMap::Mask, std::move(planes));
         !ok)
@@ -160,6 +182,8 @@ Result<void> run(const RenderArguments& arguments) {
   if (!scene) return fail(scene);
   auto poses = sim::read_pose_file(arguments.poses, scene->surface(), *mount);
   if (!poses) return fail(poses);
+  const auto motion = motion_of(*poses, arguments.shutter);
+  if (!motion) return fail(motion);
   if (arguments.first_frames > 0) poses->resize(std::min(poses->size(), arguments.first_frames));
 
   std::optional<record::Dataset> dataset;
@@ -174,8 +198,8 @@ Result<void> run(const RenderArguments& arguments) {
   record::Overview overview(*scene, *camera, poses->size());
   Summary summary;
   const auto start = std::chrono::steady_clock::now();
-  auto rendered = render_frames(arguments, *options, *scene, *camera, *poses, renderer, dataset ? &*dataset : nullptr,
-                                overview, summary);
+  auto rendered = render_frames(arguments, *options, *scene, *camera, *poses, *motion, renderer,
+                                dataset ? &*dataset : nullptr, overview, summary);
   // Where rendering failed too: the frames before are whole, and are listed
   if (dataset)
     if (auto ok = dataset->finish(); !ok && rendered) rendered = ok;

@@ -178,8 +178,7 @@ class Verifier final : public sim::Sink {
 
   Result<void> compare_pixels(const FrameKey& key, const Json& record, const sim::FrameEvent& event) {
     const sim::PreparedSensor& sensor = run_.sensor(event.vehicle, event.sensor);
-    const auto frame = renderer_.render(sensor.scene, sensor.camera, sim::camera_pose(event.state, sensor),
-                                        run_.render_options(sensor));
+    const auto frame = sim::render_frame(renderer_, event.state, sensor, run_.render_options(sensor));
     if (!frame) return fail(frame);
     ++rendered;
     if (record::checksum(frame->layer()) != record["checksum"])

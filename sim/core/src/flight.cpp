@@ -64,6 +64,8 @@ class Flight final : public PoseSource {
       now = *within;
     }
     VehicleState state = vehicle_state(time_ns, {now.ecef_from_body.quaternion, now.position.xyz});
+    const Eigen::Vector3d earth_rate = environment_.at(now.position).earth_rate_ecef_radps;
+    state.twist = {now.velocity.xyz, now.body_rates_radps - now.ecef_from_body.quaternion.conjugate() * earth_rate};
     const AirData air = air_data(now, environment_, wind_ned_mps_);
     const Loads load = loads(vehicle_, environment_, now, controls_, wind_ned_mps_);
     FlightData flight;
@@ -124,10 +126,25 @@ class RecordedPoses final : public PoseSource {
       pose = {a.rotation.slerp(s, next.ecef_from_camera.rotation),
               a.origin + s * (next.ecef_from_camera.origin - a.origin)};
     }
-    return vehicle_state(time_ns, pose * render::body_from_camera({}).inverse());
+    VehicleState state = vehicle_state(time_ns, pose * render::body_from_camera({}).inverse());
+    state.twist = twist();
+    return state;
   }
 
  private:
+  /// From here to the next pose; from the last one on, as it was until there.
+  Twist twist() const {
+    if (poses_.size() < 2) return {};
+    const std::size_t from = std::min(at_, poses_.size() - 2);
+    const auto body_at = [&](std::size_t i) {
+      return poses_[i].ecef_from_camera * render::body_from_camera({}).inverse();
+    };
+    const auto a = body_at(from), b = body_at(from + 1);
+    const double duration_s = static_cast<double>(poses_[from + 1].time_ns - poses_[from].time_ns) * 1e-9;
+    return {(b.origin - a.origin) / duration_s,
+            render::rotation_vector(a.rotation.conjugate() * b.rotation) / duration_s};
+  }
+
   const std::vector<TimedPose> poses_;
   mutable std::size_t at_ = 0;  // times never fall
 };

@@ -87,8 +87,28 @@ render::CameraPose camera_pose(const VehicleState& state, const PreparedSensor& 
   return state.ecef_from_body * sensor.body_from_camera;
 }
 
+render::CameraMotion camera_motion(const VehicleState& state, const PreparedSensor& sensor) {
+  const double half_s = (sensor.setup.shutter.exposure_s + sensor.setup.shutter.readout_s) / 2;
+  std::vector<render::Moment> moments;
+  for (const double t : {-half_s, half_s}) {
+    geodesy::Pose<geodesy::frame::Ecef, geodesy::frame::Body> body = state.ecef_from_body;
+    body.origin += t * state.twist.velocity_ecef_mps;
+    body.rotation = (body.rotation * render::rotation_by(t * state.twist.rates_radps)).normalized();
+    moments.push_back({t, body * sensor.body_from_camera});
+  }
+  return render::CameraMotion::through(std::move(moments)).value();
+}
+
+Result<render::Frame> render_frame(render::Renderer& renderer, const VehicleState& state, const PreparedSensor& sensor,
+                                   const render::RenderOptions& options) {
+  if (sensor.setup.shutter.instant())
+    return renderer.render(sensor.scene, sensor.camera, camera_pose(state, sensor), options);
+  return renderer.render(sensor.scene, sensor.camera, camera_motion(state, sensor), sensor.setup.shutter, options);
+}
+
 render::ExactChain exact_chain(const VehicleState& state, const PreparedSensor& sensor) {
-  return {sensor.camera, camera_pose(state, sensor), sensor.scene.surface()};
+  if (sensor.setup.shutter.instant()) return {sensor.camera, camera_pose(state, sensor), sensor.scene.surface()};
+  return {sensor.camera, camera_motion(state, sensor), sensor.setup.shutter, sensor.scene.surface()};
 }
 
 Result<RunSummary> Run::execute(render::Renderer& renderer, std::span<Sink* const> sinks, bool render_frames,
@@ -120,7 +140,7 @@ Result<RunSummary> Run::execute(render::Renderer& renderer, std::span<Sink* cons
           if (render_frames) {
             render::RenderOptions options = render_options(sensor);
             options.explain = first;
-            auto rendered = renderer.render(sensor.scene, sensor.camera, camera_pose(*state, sensor), options);
+            auto rendered = render_frame(renderer, *state, sensor, options);
             if (!rendered && rendered.error().kind != Error::Kind::OutsideMap)
               return fail(rendered.error().kind,
                           fmt::format("sensor {} at {} ns: {}", sensor.name, time_ns, rendered.error().message));

@@ -132,6 +132,10 @@ SensorSetup read_sensor(const YamlMap& yaml, const SceneSetup& scene) {
   }
   take(parsed<render::OffMap>(yaml, "off_map", render::parse_off_map), sensor.off_map);
   take(yaml.number("fill_value"), sensor.fill_value);
+  take(yaml.number("exposure_s"), sensor.shutter.exposure_s);
+  take(yaml.number("readout_s"), sensor.shutter.readout_s);
+  if (const auto ok = render::check(sensor.shutter); !ok)
+    yaml.fault(ok.error().message.starts_with("exposure") ? "exposure_s" : "readout_s", ok.error().message);
   return sensor;
 }
 
@@ -259,6 +263,8 @@ std::string sensor_text(const RunFile& run, const SensorSetup& sensor) {
       yaml_quoted(sensor.layer), yaml_quoted(run.resolve(sensor.camera).string()), sensor.rate_text, p[0], p[1], p[2],
       a[0], a[1], a[2], render::to_string(sensor.off_map));
   if (sensor.off_map == render::OffMap::Fill) text += fmt::format(", fill_value: {}", sensor.fill_value);
+  if (sensor.shutter.exposure_s > 0) text += fmt::format(", exposure_s: {}", sensor.shutter.exposure_s);
+  if (sensor.shutter.readout_s > 0) text += fmt::format(", readout_s: {}", sensor.shutter.readout_s);
   if (sensor.output) text += fmt::format(", output: {}", tile::to_string(*sensor.output));
   if (sensor.range) text += fmt::format(", range: [{}, {}]", sensor.range->first, sensor.range->second);
   return text + "}";

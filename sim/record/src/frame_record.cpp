@@ -45,6 +45,18 @@ Json pose(const render::Truth& t) {
       {"roll_deg", to_degrees(t.attitude.roll_rad)}};
 }
 
+Json exposure(const render::Exposure& exposure) {
+  const auto placed = [](const render::CameraPose& pose) {
+    return Json{{"ecef_m", vector(pose.origin)}, {"ecef_from_camera_quat", quaternion(pose.rotation)}};
+  };
+  return {{"exposure_s", exposure.shutter.exposure_s},
+          {"readout_s", exposure.shutter.readout_s},
+          {"motion_px", exposure.motion_px},
+          {"poses", exposure.poses},
+          {"start", placed(exposure.ecef_from_camera_at_start)},
+          {"end", placed(exposure.ecef_from_camera_at_end)}};
+}
+
 /// GeoJSON.
 Json geometry(const render::Footprint& footprint) {
   Json polygons = Json::array();
@@ -123,6 +135,7 @@ std::string frame_record(const FrameFile& file, const render::FrameLayer& layer)
   json["bands"] = layer.bands;
   json["type"] = tile::to_string(layer.type);
   json["pose"] = pose(t);
+  json["exposure"] = or_null(t.exposure, exposure);
   json["camera_matrix"] = matrix(t.camera_matrix);
   json["distortion_model"] = render::to_string(t.lens.model());
   json["distortion"] = t.lens.ideal() ? Json(Json::array()) : Json(t.lens.coefficients());

@@ -4,9 +4,11 @@
 #include <algorithm>
 #include <optional>
 #include <span>
+#include <vector>
 
 #include "nadir/geodesy/projection.h"
 #include "nadir/render/camera.h"
+#include "nadir/render/motion.h"
 #include "nadir/render/mount.h"
 #include "nadir/render/surface.h"
 
@@ -23,7 +25,18 @@ class ExactChain {
  public:
   ExactChain(const Camera& camera, const CameraPose& ecef_from_camera, const Surface& surface);
 
-  /// An ideal lens over a plane: from image to plane there is one homography.
+  /// Of a camera in motion, at `of_exposure_s` from the middle of each row's exposure; `motion` counts time from the
+  /// frame's stamp. With a readout each row has a pose of its own; without one the frame is still.
+  ExactChain(const Camera& camera, const CameraMotion& motion, const Shutter& shutter, const Surface& surface,
+             double of_exposure_s = 0);
+
+  /// Rows have poses of their own.
+  bool rolling() const { return rolling_.has_value(); }
+
+  /// Rows at which a rolling shutter's motion changes its velocity, image coordinates, rising.
+  std::vector<double> kinks() const;
+
+  /// An ideal lens over a plane, still: from image to plane there is one homography.
   bool flat() const { return flat_; }
 
   /// Positive where the ground is seen, negative where it is not. Flat chains: linear in image coordinates, so a
@@ -41,11 +54,16 @@ class ExactChain {
   /// How far a plane counts as ground from so high above it, in metres: no plane is the Earth beyond.
   static double plane_reach_m(double above_m) { return std::max(1e6, 4 * above_m); }
 
-  /// Height of the camera above the surface, metres.
-  double height_above_ground_m() const { return above_m_; }
+  /// Height of the camera above the surface, metres; of a rolling shutter in the image's middle row, as the poses
+  /// below.
+  double height_above_ground_m() const { return ground_.above_m; }
   const geodesy::Pose<geodesy::frame::Enu, geodesy::frame::Camera>& enu_from_camera() const { return enu_from_camera_; }
   const Camera& camera() const { return camera_; }
   const CameraPose& ecef_from_camera() const { return ecef_from_camera_; }
+  /// The pose that the row at an image coordinate has.
+  CameraPose ecef_from_camera_at(double image_y) const {
+    return rolling_ ? rolling_->motion.at(rolling_->time_s(image_y)) : ecef_from_camera_;
+  }
   const Surface& surface() const { return surface_; }
 
   /// East and north on the plane, metres from the scene origin, of what image points see: a homography, exact. To be
@@ -61,19 +79,36 @@ class ExactChain {
                       std::span<Eigen::Vector2d> crs) const;
 
  private:
+  struct Rolling {
+    CameraMotion motion;
+    double middle_s, readout_s, height_px;
+    double time_s(double image_y) const { return middle_s + readout_s * (image_y / height_px - 0.5); }
+  };
+
+  /// The cone of rays that see ground from a pose: its axis as `towards_ground` gives rays, half of its opening, 0 from
+  /// below the ground, and what height that is.
+  struct GroundCone {
+    Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();
+    double angle_rad = 0, above_m = 0;
+  };
+  GroundCone ground_cone(const CameraPose& ecef_from_camera) const;
+  /// How far any row's cone may lie from the middle row's.
+  double greatest_cone_shift_rad() const;
+
   std::optional<Eigen::Vector3d> plane_hit(const Plane& plane, const Eigen::Vector2d& image) const;
   std::optional<geodesy::Point<geodesy::frame::Ecef>> ellipsoid_hit(const Eigen::Vector2d& image) const;
-  Eigen::Vector3d towards_ground(const Eigen::Vector3d& camera_ray) const;
+  Eigen::Vector3d towards_ground(const Eigen::Vector3d& camera_ray, const CameraPose& pose) const;
 
   Camera camera_;
   CameraPose ecef_from_camera_;
   Surface surface_;
+  std::optional<Rolling> rolling_;
   bool flat_;
   geodesy::Pose<geodesy::frame::Enu, geodesy::frame::Camera> enu_from_camera_;
   Eigen::Matrix3d enu_ray_from_image_ = Eigen::Matrix3d::Zero();  // of depth 1; flat chains
-  double above_m_ = 0, smallest_sink_ = 0;
-  Eigen::Vector3d ground_axis_ = Eigen::Vector3d::UnitZ();  // of the cone of rays that see ground, as towards_ground
-  double ground_angle_ = 0;                                 // gives them; half of its opening, rad
+  double smallest_sink_ = 0;
+  GroundCone ground_;
+  double cone_shift_rad_ = 0;
 };
 
 }  // namespace nadir::render

@@ -3,10 +3,13 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <set>
+#include <span>
+#include <string>
 
 #include "nadir/render/camera.h"
 #include "nadir/render/frame.h"
-#include "nadir/render/mount.h"
+#include "nadir/render/motion.h"
 #include "nadir/render/quality.h"
 #include "nadir/render/scene.h"
 #include "nadir/tile/cell_cache.h"
@@ -27,8 +30,9 @@ struct RenderOptions {
   std::optional<Filter> filter;         // instead of the quality's; labels are always sampled nearest
   double geometry_tolerance_px = 0.05;  // backward error, in (0, 1]
   OffMap off_map = OffMap::Mask;
-  double fill_value = 0;  // with OffMap::Fill
-  bool explain = false;   // fill in Frame::explanation
+  double fill_value = 0;      // with OffMap::Fill
+  double motion_step_px = 2;  // of motion in the image, at most, between the poses that stand for an exposure; over 0
+  bool explain = false;       // fill in Frame::explanation
 };
 
 struct RendererOptions {
@@ -49,9 +53,21 @@ class Renderer {
   Result<Frame> render(const Scene& scene, const Camera& camera, const CameraPose& ecef_from_camera,
                        const RenderOptions& options = {});
 
+  /// The frame of a camera in motion, whose times count from the frame's stamp: the mean over each row's exposure of
+  /// frames at poses at most `options.motion_step_px` of motion apart. Labels are those of the middle of the exposure.
+  /// An instant shutter makes the same frame as the pose at the stamp.
+  Result<Frame> render(const Scene& scene, const Camera& camera, const CameraMotion& motion, const Shutter& shutter,
+                       const RenderOptions& options = {});
+
   tile::CacheCounters cache_counters() const;
 
  private:
+  /// `middle`: of the frame's truth; `instants`: whose mean the frame is, one alone being the middle itself.
+  Result<Frame> expose(const Scene& scene, const ExactChain& middle, std::span<const ExactChain> instants,
+                       const RenderOptions& options);
+  /// Samples the layers whose indices are given, as they are at one instant, the `first` or a later one.
+  Result<void> sample(const Scene& scene, const ExactChain& chain, std::span<const std::size_t> which,
+                      const RenderOptions& options, bool first, Frame& frame, std::set<std::string>& damage);
   struct Engine;
   std::unique_ptr<Engine> engine_;
 };

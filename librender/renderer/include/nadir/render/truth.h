@@ -13,6 +13,15 @@
 
 namespace nadir::render {
 
+/// How a frame was exposed, where that took time.
+struct Exposure {
+  Shutter shutter;
+  double motion_px = 0;  // greatest way in the image that what is seen goes while a row is exposed
+  int poses = 1;         // that stand for each row's exposure
+  // When the exposure of the image's upper edge begins, and when that of its lower edge ends
+  CameraPose ecef_from_camera_at_start, ecef_from_camera_at_end;
+};
+
 /// What is known exactly about one layer of one frame. Matrices and pixel positions are for coordinates that put the
 /// centre of the first pixel at (0, 0), as OpenCV and ROS do; texel and uv footprints count from the map's outer
 /// corner.
@@ -22,6 +31,10 @@ struct Truth {
   geodesy::Geodetic position;                                                  // of the camera
   geodesy::YawPitchRoll attitude;  // of the vehicle that would carry the camera in the default mount, at its position
   double height_agl_m = 0;         // above the surface
+
+  /// Empty where the shutter is instant. All else here is then of the middle of each row's exposure; poses of the
+  /// image's middle row.
+  std::optional<Exposure> exposure;
 
   int width = 0, height = 0;
   Eigen::Matrix3d camera_matrix = Eigen::Matrix3d::Identity();

@@ -22,12 +22,19 @@ struct FlightData {
   double off_path_right_m = 0, off_path_above_m = 0;
 };
 
+/// How a body moves against the Earth.
+struct Twist {
+  Eigen::Vector3d velocity_ecef_mps = Eigen::Vector3d::Zero();
+  Eigen::Vector3d rates_radps = Eigen::Vector3d::Zero();  // body axes
+};
+
 /// A vehicle at one instant.
 struct VehicleState {
   std::int64_t time_ns = 0;
   geodesy::Pose<geodesy::frame::Ecef, geodesy::frame::Body> ecef_from_body;
   geodesy::Geodetic place;
   geodesy::YawPitchRoll attitude;  // from north-east-down at its place
+  Twist twist;
   std::optional<FlightData> flight;
 };
 

@@ -58,6 +58,7 @@ struct SensorSetup {
   std::optional<std::pair<double, double>> range;    // map values that become the output's lowest and highest
   render::OffMap off_map = render::OffMap::Mask;
   double fill_value = 0;
+  render::Shutter shutter;
 
   render::Mount mount() const;
 };
