@@ -52,6 +52,12 @@ std::vector<WantedCell> cells_of(std::span<const WorkItem> items) {
   return cells;
 }
 
+std::vector<tile::CellRequest> requests_for(const std::vector<WantedCell>& cells) {
+  std::vector<tile::CellRequest> requests;
+  for (const WantedCell& cell : cells) requests.push_back({cell.source, cell.key.level, cell.key.col, cell.key.row});
+  return requests;
+}
+
 /// Fills what of a cell's apron lies in other stored tiles, from those of them that are wanted too: where a block
 /// samples across a border it wants the cells on both sides, since what it wants reaches two texels beyond what it
 /// sees.
@@ -128,9 +134,7 @@ Result<void> run_passes(std::span<const WorkItem> items, tile::CellCache& cache,
                     format_bytes(bytes), format_bytes(cache.budget_bytes())));
   }
 
-  std::vector<tile::CellRequest> requests;
-  for (const WantedCell& cell : wanted) requests.push_back({cell.source, cell.key.level, cell.key.col, cell.key.row});
-  auto pinned = cache.pin(requests);
+  auto pinned = cache.pin(requests_for(wanted));
   if (!pinned) {
     if (pinned.error().kind == Error::Kind::OverBudget && !one_block) return in_halves();
     return fail(pinned);
@@ -142,6 +146,8 @@ Result<void> run_passes(std::span<const WorkItem> items, tile::CellCache& cache,
   ++counters.passes;
   return {};
 }
+
+std::vector<tile::CellRequest> wanted_cells(std::span<const WorkItem> items) { return requests_for(cells_of(items)); }
 
 std::int64_t count_cells(const LayerPlan& plan) {
   std::vector<WantedCell> cells;

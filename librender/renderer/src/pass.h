@@ -15,15 +15,18 @@ namespace nadir::render {
 struct WorkItem {
   const PlannedBlock* block;
   const tile::CellSource* source;
-  void* samples;           // the frame layer's first
-  std::uint8_t* validity;  // the frame layer's first
-  std::size_t stride_px;
+  void* samples = nullptr;           // the frame layer's first
+  std::uint8_t* validity = nullptr;  // the frame layer's first
+  std::size_t stride_px = 0;
 };
 
 /// Pins the cells of `items`, then samples them in parallel; where the cells do not fit the cache at once, in several
 /// passes. Adds what it took to `counters`, and to `damage` what was found of damaged tiles, whose texels are invalid.
 Result<void> run_passes(std::span<const WorkItem> items, tile::CellCache& cache, FrameCounters& counters,
                         std::set<std::string>& damage);
+
+/// All cells of `items`, each once, in the order of their addresses.
+std::vector<tile::CellRequest> wanted_cells(std::span<const WorkItem> items);
 
 /// Cells that the blocks of a layer may sample, each counted once.
 std::int64_t count_cells(const LayerPlan& plan);

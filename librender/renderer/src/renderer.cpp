@@ -8,6 +8,7 @@
 #include <chrono>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "explain.h"
 #include "exposure.h"
@@ -192,6 +193,25 @@ Renderer::Renderer(Renderer&&) noexcept = default;
 Renderer& Renderer::operator=(Renderer&&) noexcept = default;
 
 tile::CacheCounters Renderer::cache_counters() const { return engine_->cache.counters(); }
+tile::CellCache& Renderer::cache() { return engine_->cache; }
+
+tile::CellCache::Ticket Renderer::prefetch(const Scene& scene, const Camera& camera, const CameraPose& ecef_from_camera,
+                                           const RenderOptions& options) {
+  const auto pose = checked_pose(ecef_from_camera);
+  if (!scene.check() || !check_options(options) || !pose) return {};
+  const ExactChain chain(camera, *pose, scene.surface());
+  std::vector<std::size_t> all(scene.layers().size());
+  std::iota(all.begin(), all.end(), std::size_t{0});
+  constexpr double tolerance_px = 1;  // cells are large
+  const SharedMappings shared = share_mappings(scene, chain, tolerance_px, all);
+  std::vector<LayerPlan> plans;
+  for (const std::size_t i : all)
+    plans.push_back(plan_layer(shared.of(i), *scene.layers()[i].source, sampling_of(scene.layers()[i], options)));
+  std::vector<WorkItem> items;
+  for (const std::size_t i : all)
+    for (const PlannedBlock& block : plans[i].blocks) items.push_back({&block, scene.layers()[i].source.get()});
+  return engine_->cache.prefetch(wanted_cells(items));
+}
 
 Result<Frame> Renderer::render(const Scene& scene, const Camera& camera, const CameraPose& ecef_from_camera,
                                const RenderOptions& options) {

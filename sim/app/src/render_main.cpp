@@ -108,7 +108,10 @@ Result<void> render_frames(const RenderArguments& arguments, const render::Rende
   std::vector<std::string> sensors;
   for (const render::Layer& layer : scene.layers()) sensors.push_back(layer.name);
   Progress progress("rendering", "frames", static_cast<std::int64_t>(poses.size()), !arguments.json);
-  for (const sim::TimedPose& pose : poses) {
+  tile::CellCache::Ticket coming;
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    const sim::TimedPose& pose = poses[i];
+    if (i + 1 < poses.size()) coming = renderer.prefetch(scene, camera, poses[i + 1].ecef_from_camera, options);
     render::RenderOptions frame_options = options;
     frame_options.explain = arguments.explain && summary.explanation.done.empty();
     const double time_s = static_cast<double>(pose.time_ns) * 1e-9;

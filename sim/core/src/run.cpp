@@ -41,6 +41,18 @@ Result<PreparedSensor> prepare_sensor(const RunFile& file, const render::Surface
                         std::move(scene)};
 }
 
+/// No vehicle keeps its velocity for longer.
+constexpr double longest_foresight_s = 2;
+
+/// Where the camera is some time after a state (before, where negative), if the vehicle keeps its velocity and its
+/// rates.
+render::CameraPose pose_after(const VehicleState& state, const PreparedSensor& sensor, double time_s) {
+  geodesy::Pose<geodesy::frame::Ecef, geodesy::frame::Body> body = state.ecef_from_body;
+  body.origin += time_s * state.twist.velocity_ecef_mps;
+  body.rotation = (body.rotation * render::rotation_by(time_s * state.twist.rates_radps)).normalized();
+  return body * sensor.body_from_camera;
+}
+
 }  // namespace
 
 Result<Run> Run::prepare(const RunFile& file) {
@@ -90,12 +102,7 @@ render::CameraPose camera_pose(const VehicleState& state, const PreparedSensor& 
 render::CameraMotion camera_motion(const VehicleState& state, const PreparedSensor& sensor) {
   const double half_s = (sensor.setup.shutter.exposure_s + sensor.setup.shutter.readout_s) / 2;
   std::vector<render::Moment> moments;
-  for (const double t : {-half_s, half_s}) {
-    geodesy::Pose<geodesy::frame::Ecef, geodesy::frame::Body> body = state.ecef_from_body;
-    body.origin += t * state.twist.velocity_ecef_mps;
-    body.rotation = (body.rotation * render::rotation_by(t * state.twist.rates_radps)).normalized();
-    moments.push_back({t, body * sensor.body_from_camera});
-  }
+  for (const double t : {-half_s, half_s}) moments.push_back({t, pose_after(state, sensor, t)});
   return render::CameraMotion::through(std::move(moments)).value();
 }
 
@@ -132,7 +139,8 @@ Result<RunSummary> Run::execute(render::Renderer& renderer, std::span<Sink* cons
       if (vehicle.name == sensor.vehicle) source = vehicle.source.get();
     scheduler.add(
         Scheduler::Stage::Observe, sensor.setup.rate,
-        [&, source, first = true](std::int64_t time_ns) mutable -> Result<void> {
+        [&, source, first = true,
+         coming = std::make_shared<tile::CellCache::Ticket>()](std::int64_t time_ns) mutable -> Result<void> {
           const auto state = source->state_at(time_ns);
           if (!state) return fail(state);
           std::optional<render::Frame> frame;
@@ -141,6 +149,9 @@ Result<RunSummary> Run::execute(render::Renderer& renderer, std::span<Sink* cons
             render::RenderOptions options = render_options(sensor);
             options.explain = first;
             auto rendered = render_frame(renderer, *state, sensor, options);
+            const double period_s = 1 / sensor.setup.rate.hz();
+            if (period_s <= longest_foresight_s)
+              *coming = renderer.prefetch(sensor.scene, sensor.camera, pose_after(*state, sensor, period_s), options);
             if (!rendered && rendered.error().kind != Error::Kind::OutsideMap)
               return fail(rendered.error().kind,
                           fmt::format("sensor {} at {} ns: {}", sensor.name, time_ns, rendered.error().message));

@@ -59,6 +59,14 @@ class Renderer {
   Result<Frame> render(const Scene& scene, const Camera& camera, const CameraMotion& motion, const Shutter& shutter,
                        const RenderOptions& options = {});
 
+  /// Begins to load, in the background, what a frame at a coming pose will sample: no byte of any frame hangs on it.
+  /// Destroyed or replaced, the ticket cancels what of that has not begun. What is wrong with the frame is left for
+  /// `render` to say.
+  [[nodiscard]] tile::CellCache::Ticket prefetch(const Scene& scene, const Camera& camera,
+                                                 const CameraPose& ecef_from_camera, const RenderOptions& options = {});
+  /// Waits until that is done.
+  void wait_for_prefetch() { cache().wait_for_prefetch(); }
+
   tile::CacheCounters cache_counters() const;
 
  private:
@@ -68,6 +76,7 @@ class Renderer {
   /// Samples the layers whose indices are given, as they are at one instant, the `first` or a later one.
   Result<void> sample(const Scene& scene, const ExactChain& chain, std::span<const std::size_t> which,
                       const RenderOptions& options, bool first, Frame& frame, std::set<std::string>& damage);
+  tile::CellCache& cache();
   struct Engine;
   std::unique_ptr<Engine> engine_;
 };
