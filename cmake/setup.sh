@@ -21,7 +21,7 @@ packages=(
   gnuplot-nox libtiff-dev libvips-tools  # pictures of benchmarks, and peers in them
   # Tests and benchmarks
   libgtest-dev libgmock-dev libbenchmark-dev libopencv-core-dev libopencv-imgproc-dev libopencv-calib3d-dev
-  gdal-bin python3-gdal python3-jsonschema nginx-light clang libclang-rt-dev
+  gdal-bin python3-gdal python3-jsonschema nginx-light clang libclang-rt-dev valgrind
 )
 
 say() { printf '\n== %s\n' "$*"; }

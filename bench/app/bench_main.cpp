@@ -146,6 +146,7 @@ int main(int argc, char** argv) {
       ->type_name("DIR")
       ->group(of_maps);
   command.add_flag("--large", options.large, "cases that take many minutes too")->group(of_maps);
+  command.add_flag("--accept", options.accept, "of suite ci: what is counted becomes what is expected");
   command.add_flag("--list", list, "tell suites and their cases");
   command.add_flag("--json", json, "tell results as JSON");
   command.add_flag("--force", force, "write into DIR though it holds something");

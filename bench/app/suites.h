@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "build_suite.h"
+#include "ci_suite.h"
 #include "codec_suite.h"
 #include "levels_suite.h"
 #include "mapping_suite.h"
@@ -19,8 +20,8 @@ Suite stability_suite();
 
 /// All suites that `nadir bench` knows: a new one is declared above and listed here.
 inline std::vector<Suite> all_suites() {
-  return {read_suite(),    codec_suite(),  build_suite(),     levels_suite(),
-          mapping_suite(), motion_suite(), stability_suite(), start_suite()};
+  return {read_suite(),   codec_suite(),     build_suite(), levels_suite(), mapping_suite(),
+          motion_suite(), stability_suite(), start_suite(), ci_suite()};
 }
 
 }  // namespace nadir::bench

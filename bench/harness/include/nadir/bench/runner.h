@@ -74,6 +74,7 @@ struct RunOptions {
   int sources = 0;        // of their mosaic; 0: what the suite takes
   std::string keep;       // folder for what they make and may use again; empty: `scratch`
   bool large = false;     // cases that take many minutes too
+  bool accept = false;    // of suite ci: what is found becomes what is expected
 };
 
 /// A question and the cases that answer it.

@@ -1,0 +1,11 @@
+#pragma once
+
+#include "nadir/bench/runner.h"
+
+namespace nadir::bench {
+
+/// Whether frames take the work that they took before: counts that no clock and no other machine changes, against those
+/// in expected.csv. A count that differs is a fault of its case.
+Suite ci_suite();
+
+}  // namespace nadir::bench
