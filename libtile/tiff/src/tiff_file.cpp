@@ -106,6 +106,10 @@ TiffFile::TiffFile(std::shared_ptr<const ByteSource> source) : pages_(std::make_
 TiffFile::~TiffFile() = default;
 const ByteSource& TiffFile::source() const { return pages_->source(); }
 
+Result<void> TiffFile::read_table(std::uint64_t offset, std::span<std::byte> out) const {
+  return pages_->read(offset, out);
+}
+
 template <class T>
 T TiffFile::to_native(const std::byte* bytes) const {
   using Bits = std::conditional_t<sizeof(T) == 1, std::uint8_t,

@@ -11,6 +11,7 @@
 #include "nadir/tile/raster.h"
 #include "nadir/transfer/remote_file.h"
 #include "tiff_raster.h"
+#include "tiff_tiles.h"
 #include "validity.h"
 
 namespace nadir::tile {
@@ -119,6 +120,10 @@ const Eigen::Vector2d& Map::texel_size_m() const { return shared_->texel_size_m;
 bool Map::goes_around() const { return shared_->goes_around; }
 MapCounters Map::counters() const { return {shared_->windows_read, shared_->samples_read}; }
 const TiffTiles* Map::tiles() const { return shared_->raster->tiles(); }
+
+std::optional<double> Map::loss(int level, const Window& window, std::span<const int> bands) const {
+  return tiles() ? tiles()->loss(level, window, bands) : std::nullopt;
+}
 
 void Map::count_read(std::int64_t texels, std::size_t bands) const {
   shared_->windows_read.fetch_add(1, std::memory_order_relaxed);

@@ -4,8 +4,11 @@
 
 #include <algorithm>
 #include <cassert>
+#include <cmath>
 #include <cstring>
 #include <limits>
+
+#include "nadir/tiff/cog.h"
 
 namespace nadir::tile {
 namespace {
@@ -141,8 +144,49 @@ Result<std::shared_ptr<const TiffTiles>> TiffTiles::make(std::shared_ptr<const t
     if (band.color == "Alpha" && description.validity == ValiditySource::Alpha) tiles->alpha_ = static_cast<int>(b) + 1;
   }
   if (description.validity == ValiditySource::Alpha && !tiles->alpha_) return unsupported("its alpha lies elsewhere");
+  for (int k = 0; k < static_cast<int>(description.levels.size()); ++k)
+    tiles->loss_tables_.push_back(tiles->loss_table(k));
   tiles->missing_ = description.bands.front().nodata.value_or(0);
   return std::shared_ptr<const TiffTiles>(std::move(tiles));
+}
+
+std::optional<TiffTiles::LossTable> TiffTiles::loss_table(int level) const {
+  const Directory& directory = image(level);
+  const tiff::Field* field = directory.field(tiff::tag::tile_losses);
+  if (!field) return std::nullopt;
+  const auto place = file_->numbers(*field);
+  const std::uint64_t tiles = directory.tiles_a_plane();
+  if (!place || place->size() != 2 || !((*place)[1] > 0)) return std::nullopt;
+  const auto count = static_cast<std::uint64_t>((*place)[1]);
+  if (count % tiles != 0) return std::nullopt;
+  return LossTable{static_cast<std::uint64_t>((*place)[0]), static_cast<std::uint32_t>(count / tiles)};
+}
+
+std::optional<double> TiffTiles::loss(int level, const Window& window, std::span<const int> bands) const {
+  const auto& table = loss_tables_[static_cast<std::size_t>(level)];
+  if (!table) return std::nullopt;
+  const Directory& directory = image(level);
+  const auto first_of = [](std::int32_t begin, std::uint32_t side) { return static_cast<std::uint32_t>(begin) / side; };
+  const auto end_of = [](std::int32_t end, std::uint32_t side) {
+    return (static_cast<std::uint32_t>(end) - 1) / side + 1;
+  };
+  const auto [tile_width, tile_height] = std::pair(directory.format.tile_width, directory.format.tile_height);
+  const std::uint32_t first = first_of(window.x, tile_width), end = end_of(window.x + window.width, tile_width);
+  std::vector<float> row(static_cast<std::size_t>(end - first) * table->bands);
+  double sum = 0, count = 0;
+  for (std::uint32_t y = first_of(window.y, tile_height); y < end_of(window.y + window.height, tile_height); ++y) {
+    const std::uint64_t at = (y * directory.tiles_across() + first) * table->bands * sizeof(float);
+    if (!file_->read_table(table->offset + at, std::as_writable_bytes(std::span(row)))) return std::nullopt;
+    for (std::size_t i = 0; i < row.size(); i += table->bands)
+      for (const int band : bands) {
+        if (band > static_cast<int>(table->bands)) return std::nullopt;
+        const double loss = row[i + static_cast<std::size_t>(band) - 1];
+        if (!std::isfinite(loss)) return std::nullopt;
+        sum += loss * loss;
+        ++count;
+      }
+  }
+  return std::sqrt(sum / count);
 }
 
 std::vector<std::uint32_t> TiffTiles::planes_of(std::span<const int> bands) const {

@@ -8,7 +8,7 @@
 
 #include "nadir/tiff/decode.h"
 #include "nadir/tiff/tiff_file.h"
-#include "nadir/tile/map_description.h"
+#include "nadir/tile/map.h"
 
 namespace nadir::tile {
 
@@ -49,6 +49,9 @@ class TiffTiles {
   Result<void> read(const TileKey& tile, std::span<const int> bands, SampleType type, const PackedTile* packed,
                     const TexelRowSink& sink) const;
 
+  /// See Map::loss.
+  std::optional<double> loss(int level, const Window& window, std::span<const int> bands) const;
+
   bool is_remote() const { return file_->source().is_remote(); }
 
  private:
@@ -65,6 +68,14 @@ class TiffTiles {
   const std::shared_ptr<const tiff::TiffFile> file_;
   const std::string path_;
   std::vector<LevelDirectories> levels_;
+  /// Where the losses of a level's tiles lie in the file.
+  struct LossTable {
+    std::uint64_t offset = 0;
+    std::uint32_t bands = 0;  // of each tile
+  };
+  std::optional<LossTable> loss_table(int level) const;
+  std::vector<std::optional<LossTable>> loss_tables_;  // of each level
+
   std::optional<int> alpha_;  // band, from 1
   double missing_ = 0;        // what a tile that was never written holds
 };

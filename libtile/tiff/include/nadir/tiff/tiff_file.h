@@ -47,6 +47,9 @@ class TiffFile {
   Result<std::string> text(const Field& field) const;
   Result<std::vector<double>> numbers(const Field& field) const;
 
+  /// Bytes of a table, through the pages that are kept of headers and tables.
+  Result<void> read_table(std::uint64_t offset, std::span<std::byte> out) const;
+
   /// Where tiles lie, in their order. What the tables need to be read for all of them is read at once.
   /// Damaged, with the cause alone for its message, for a tile that does not lie within the file or is larger than any
   /// packing makes it.

@@ -76,6 +76,11 @@ class Map {
   /// The type in which `bands` are read: their own where they agree, else Float32.
   Result<SampleType> sample_type(std::span<const int> bands) const;
 
+  /// Root of the mean square that the texels in a window of a level lose when the next coarser one stands for them, over
+  /// whole stored tiles and the bands asked for: what the builder stored. Radar in dB: of power. Empty of the coarsest
+  /// level, and where the file does not tell.
+  std::optional<double> loss(int level, const Window& window, std::span<const int> bands) const;
+
   MapCounters counters() const;
 
  private:
