@@ -12,6 +12,13 @@ function(nadir_optional option description missing)
 endfunction()
 
 set(missing)
+include(NadirHighway)
+if(NOT TARGET nadir_highway)
+  set(missing "Highway (libhwy-dev)")
+endif()
+nadir_optional(NADIR_SIMD "vector kernels: without them sampling is several times slower" "${missing}")
+
+set(missing)
 find_package(OpenImageIO QUIET)
 find_package(Freetype QUIET)
 if(NOT OpenImageIO_FOUND)

@@ -10,4 +10,4 @@ configure_package_config_file(cmake/NadirConfig.cmake.in NadirConfig.cmake INSTA
   PATH_VARS NADIR_MODULE_DIR)
 write_basic_package_version_file(NadirConfigVersion.cmake COMPATIBILITY SameMinorVersion)
 install(FILES ${CMAKE_CURRENT_BINARY_DIR}/NadirConfig.cmake ${CMAKE_CURRENT_BINARY_DIR}/NadirConfigVersion.cmake
-  cmake/NadirRequired.cmake DESTINATION ${NADIR_PACKAGE_DIR})
+  cmake/NadirRequired.cmake cmake/NadirHighway.cmake DESTINATION ${NADIR_PACKAGE_DIR})

@@ -13,7 +13,7 @@ packages=(
   g++ cmake ninja-build ccache git ca-certificates
   libgdal-dev libgeographiclib-dev libeigen3-dev libtbb-dev proj-data
   pkg-config libdeflate-dev libzstd-dev liblzma-dev libjpeg-dev libwebp-dev liblerc-dev libpugixml-dev
-  libfmt-dev libexpected-dev libyaml-cpp-dev nlohmann-json3-dev libcli11-dev libxxhash-dev
+  libfmt-dev libexpected-dev libyaml-cpp-dev nlohmann-json3-dev libcli11-dev libxxhash-dev libhwy-dev
   # Image files. OpenImageIO's CMake files name the tools, Python's Imath and OpenCV's headers.
   libopenimageio-dev openimageio-tools python3-imath libfreetype-dev fonts-dejavu-core
   # Maps behind URLs: headers to build with, and the library that is loaded when the first one is read (libcurl4 comes along)

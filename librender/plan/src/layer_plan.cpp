@@ -11,7 +11,7 @@
 namespace nadir::render {
 namespace {
 
-constexpr std::array<std::string_view, 4> filter_names = {"nearest", "bilinear", "mip", "reference"};
+constexpr std::array<std::string_view, 5> filter_names = {"nearest", "bilinear", "bicubic", "mip", "reference"};
 constexpr std::array<std::string_view, 3> quality_names = {"draft", "balanced", "best"};
 
 /// More cells than this and a block is cut.
@@ -197,10 +197,15 @@ class LayerPlanner {
     return {first, second};
   }
 
+  bool one_sample() const {
+    return sampling_.filter == Filter::Nearest || sampling_.filter == Filter::Bilinear ||
+           sampling_.filter == Filter::Bicubic;
+  }
+
   void choose_level(PlannedBlock& block, std::size_t corner, const Eigen::Matrix2d& j) {
     BlockSampling& s = block.sampling;
     const auto& levels = map_.levels();
-    if (sampling_.filter == Filter::Nearest || sampling_.filter == Filter::Bilinear) {
+    if (one_sample()) {
       s.level_at_corner[corner] = level_coordinate(levels, footprint_side(j));
       return;
     }
@@ -248,21 +253,22 @@ class LayerPlanner {
     s.map_height = map_size_.y();
     s.width = block.rect.width;
     s.height = block.rect.height;
-    s.nearest = sampling_.filter == Filter::Nearest;
+    s.interpolation = sampling_.filter == Filter::Nearest   ? Interpolation::Nearest
+                      : sampling_.filter == Filter::Bicubic ? Interpolation::Cubic
+                                                            : Interpolation::Bilinear;
 
-    auto [low, high] = std::minmax_element(s.level_at_corner.begin(), s.level_at_corner.end());
-    double finest = *low, coarsest = *high;
-    if (sampling_.filter == Filter::Bilinear) {  // one level a block
-      finest = coarsest = std::floor(finest / 2 + coarsest / 2 + 0.5);
-      s.level_at_corner.fill(finest);
-    }
-    const bool blended = sampling_.filter == Filter::Mip;
-    const int first = static_cast<int>(std::floor(blended ? finest : finest + 0.5));
-    const int last = std::min(static_cast<int>(blended ? std::ceil(coarsest) : std::floor(coarsest + 0.5)),
-                              static_cast<int>(map_.levels().size()) - 1);
+    const auto [low, high] = std::minmax_element(s.level_at_corner.begin(), s.level_at_corner.end());
+    const double middle = *low / 2 + *high / 2;
+    if (sampling_.filter == Filter::Bilinear) s.level_at_corner.fill(std::floor(middle + 0.5));  // one level a block
+    if (sampling_.filter == Filter::Bicubic) s.level_at_corner.fill(std::floor(middle));         // of detail enough
+    s.level_blend.band = sampling_.filter == Filter::Nearest ? 0 : sampling_.level_blend;
+    const LevelBlend::Choice coarse = s.level_blend(*high);
+    const int first = s.level_blend(*low).finer;
+    const int last = std::min(coarse.finer + (coarse.coarser > 0), static_cast<int>(map_.levels().size()) - 1);
 
-    // A texel to each side for the bilinear footprint, and one for what a step's linear offsets miss
-    constexpr double margin = 2;
+    // Two texels to each side for the footprint of a cubic sample, one for a bilinear one, and one for what a step's
+    // linear offsets miss
+    const double margin = sampling_.filter == Filter::Bicubic ? 3 : 2;
     std::int64_t cells = 0;
     Eigen::AlignedBox2d seen = map.intersection(bounds);
     const double reach = margin * map_.levels()[static_cast<std::size_t>(last)].texels_x;
@@ -273,8 +279,8 @@ class LayerPlanner {
       const auto cell_of = [](double texel, std::int32_t size) {
         return static_cast<std::int32_t>(std::clamp(std::floor(texel), 0.0, size - 1.0)) >> tile::cell_size_log2;
       };
-      LevelWindow window{k, level.texels_x, level.texels_y};
-      if (across) window.around = level.width;
+      LevelWindow window{k, level.texels_x, level.texels_y, level.width, level.height};
+      window.around = across;
       const std::int32_t width = across ? turns_counted * level.width : level.width;
       window.first_col = cell_of(seen.min().x() / level.texels_x - margin, width);
       window.first_row = cell_of(seen.min().y() / level.texels_y - margin, level.height);

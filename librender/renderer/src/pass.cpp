@@ -6,7 +6,7 @@
 #include <algorithm>
 
 #include "nadir/base/text.h"
-#include "seam.h"
+#include "nadir/render/stored_runs.h"
 
 namespace nadir::render {
 namespace {
@@ -18,22 +18,26 @@ struct WantedCell {
   friend bool operator<(const WantedCell& a, const WantedCell& b) { return a.key < b.key; }
 };
 
-/// As the window counts them.
-template <class Visit>
-void for_each_place(const LevelWindow& window, Visit&& visit) {
-  for (std::int32_t row = 0; row < window.rows; ++row)
-    for (std::int32_t col = 0; col < window.cols; ++col) visit(window.first_col + col, window.first_row + row);
+/// Columns of stored cells that hold a window's texels, each once.
+std::vector<std::int32_t> stored_columns(const LevelWindow& window) {
+  std::vector<std::int32_t> columns;
+  if (window.around) {
+    for_each_stored_run(static_cast<std::int64_t>(window.first_col) * tile::cell_size, window.cols * tile::cell_size,
+                        window.width, true,
+                        [&](const StoredRun& run) { columns.push_back(run.first / tile::cell_size); });
+    std::sort(columns.begin(), columns.end());
+    columns.erase(std::unique(columns.begin(), columns.end()), columns.end());
+  } else {
+    for (std::int32_t col = 0; col < window.cols; ++col) columns.push_back(window.first_col + col);
+  }
+  return columns;
 }
 
-/// As they are stored, some perhaps several times.
+/// Rows from the top, in each all columns.
 template <class Visit>
-void for_each_cell(const LevelWindow& window, Visit&& visit) {
-  for_each_place(window, [&](std::int32_t col, std::int32_t row) {
-    if (window.around == 0)
-      visit(col, row);
-    else
-      for_each_seam_run(col, window.around, [&](const SeamRun& run) { visit(run.col, row); });
-  });
+void for_each_cell(const LevelWindow& window, const std::vector<std::int32_t>& columns, Visit&& visit) {
+  for (std::int32_t row = 0; row < window.rows; ++row)
+    for (const std::int32_t col : columns) visit(col, window.first_row + row);
 }
 
 void sort_unique(std::vector<WantedCell>& cells) {
@@ -45,7 +49,7 @@ std::vector<WantedCell> cells_of(std::span<const WorkItem> items) {
   std::vector<WantedCell> cells;
   for (const WorkItem& item : items)
     for (const LevelWindow& window : item.block->windows)
-      for_each_cell(window, [&](std::int32_t col, std::int32_t row) {
+      for_each_cell(window, stored_columns(window), [&](std::int32_t col, std::int32_t row) {
         cells.push_back({{item.source->id(), window.level, col, row}, item.source});
       });
   sort_unique(cells);
@@ -58,49 +62,20 @@ std::vector<tile::CellRequest> requests_for(const std::vector<WantedCell>& cells
   return requests;
 }
 
-/// Fills what of a cell's apron lies in other stored tiles, from those of them that are wanted too: where a block
-/// samples across a border it wants the cells on both sides, since what it wants reaches two texels beyond what it
-/// sees.
-void join_apron(const std::vector<WantedCell>& wanted, const std::vector<tile::CellPtr>& pinned, std::size_t i) {
-  const tile::Cell& cell = *pinned[i];
-  if (cell.has_whole_apron()) return;
-  const auto& [key, source] = wanted[i];
-  for (int dy = -1; dy <= 1; ++dy)
-    for (int dx = -1; dx <= 1; ++dx) {
-      const tile::ApronPart part{dx, dy};
-      if (cell.has(part)) continue;
-      const tile::ApronPart holder = source->holder_of(key.level, key.col, key.row, part);
-      const WantedCell neighbour{{key.source, key.level, key.col + holder.dx, key.row + holder.dy}, source};
-      const auto at = std::lower_bound(wanted.begin(), wanted.end(), neighbour);
-      if (at != wanted.end() && *at == neighbour)
-        fill_apron(cell, part, *pinned[static_cast<std::size_t>(at - wanted.begin())], holder);
-    }
-}
-
 /// Samples a block from pinned cells, which are sorted by address.
 void sample(const WorkItem& item, const std::vector<WantedCell>& wanted, const std::vector<tile::CellPtr>& pinned) {
   BlockSampling sampling = item.block->sampling;
   std::vector<LevelWindow> windows = item.block->windows;
+  std::vector<std::vector<std::int32_t>> columns(windows.size());
   std::vector<std::vector<const tile::Cell*>> cells(windows.size());
-  std::vector<std::unique_ptr<const tile::Cell>> joined;  // across a map's two ends
   for (std::size_t i = 0; i < windows.size(); ++i) {
-    const auto stored = [&](std::int32_t col, std::int32_t row) {
+    columns[i] = stored_columns(windows[i]);
+    for_each_cell(windows[i], columns[i], [&](std::int32_t col, std::int32_t row) {
       const WantedCell address{{item.source->id(), windows[i].level, col, row}, item.source};
       const auto at = std::lower_bound(wanted.begin(), wanted.end(), address) - wanted.begin();
-      return pinned[static_cast<std::size_t>(at)].get();
-    };
-    for_each_place(windows[i], [&](std::int32_t col, std::int32_t row) {
-      if (windows[i].around == 0) {
-        cells[i].push_back(stored(col, row));
-      } else {
-        auto cell = std::make_unique<tile::Cell>(item.source->type(), static_cast<int>(item.source->bands().size()));
-        for_each_seam_run(col, windows[i].around,
-                          [&](const SeamRun& run) { copy_run(run, *stored(run.col, row), *cell); });
-        cells[i].push_back(cell.get());
-        joined.push_back(std::move(cell));
-      }
-      sampling.masked = sampling.masked || cells[i].back()->masked();
+      cells[i].push_back(pinned[static_cast<std::size_t>(at)].get());
     });
+    windows[i].columns = columns[i];
     windows[i].cells = cells[i];
   }
   sampling.levels = windows;
@@ -139,7 +114,6 @@ Result<void> run_passes(std::span<const WorkItem> items, tile::CellCache& cache,
     if (pinned.error().kind == Error::Kind::OverBudget && !one_block) return in_halves();
     return fail(pinned);
   }
-  tbb::parallel_for(std::size_t{0}, wanted.size(), [&](std::size_t i) { join_apron(wanted, *pinned, i); });
   for (const tile::CellPtr& cell : *pinned)
     if (!cell->damage().empty()) damage.insert(cell->damage());
   tbb::parallel_for(std::size_t{0}, items.size(), [&](std::size_t i) { sample(items[i], wanted, *pinned); });
@@ -153,7 +127,7 @@ std::int64_t count_cells(const LayerPlan& plan) {
   std::vector<WantedCell> cells;
   for (const PlannedBlock& block : plan.blocks)
     for (const LevelWindow& window : block.windows)
-      for_each_cell(window, [&](std::int32_t col, std::int32_t row) {
+      for_each_cell(window, stored_columns(window), [&](std::int32_t col, std::int32_t row) {
         cells.push_back({{0, window.level, col, row}, nullptr});
       });
   sort_unique(cells);

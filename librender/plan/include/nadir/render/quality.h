@@ -10,6 +10,7 @@ namespace nadir::render {
 enum class Filter {
   Nearest,    // the texel at the pixel's centre: for labels, which are never blended
   Bilinear,   // one bilinear sample on the level nearest to the footprint's size
+  Bicubic,    // one cubic sample on the finer of the two levels around the footprint's size: for 1:1 and closer
   Mip,        // bilinear samples along the footprint, each blended between the two levels around its size
   Reference,  // bilinear samples of level 0, at least two a texel: the definition of the right picture; slow
 };
@@ -29,6 +30,7 @@ Result<Quality> parse_quality(std::string_view text);
 struct Sampling {
   Filter filter = Filter::Mip;
   double oversampling = 1;  // samples across the footprint's shorter axis
+  double level_blend = 1;   // of Mip: LevelBlend::band
 };
 Sampling sampling_for(Quality quality);
 

@@ -16,6 +16,21 @@ double log2_portable(double x);
 /// Source: Williams, Pyramidal Parametrics, 1983, for any sizes of levels.
 double level_coordinate(std::span<const tile::Level> levels, double texels);
 
+/// How two levels share what lies between them.
+struct LevelBlend {
+  /// Part of the way from one level to the next in which both are blended, around the half-way point: 1 blends
+  /// everywhere, 0 takes the nearer level.
+  double band = 1;
+
+  static constexpr int one = 1 << 15;  // in which shares are counted
+  struct Choice {
+    int finer = 0;    // level
+    int coarser = 0;  // share of the level after it, of `one`; less than `one`
+  };
+  /// For a level coordinate of 0 or more.
+  Choice operator()(double coordinate) const;
+};
+
 /// How a pixel's footprint is averaged: a grid of bilinear samples, each from the level whose texels it spans.
 struct SamplePattern {
   double texels = 1;                    // side of what one sample stands for, level-0 texels

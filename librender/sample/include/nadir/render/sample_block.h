@@ -8,18 +8,28 @@
 #include <vector>
 
 #include "nadir/render/biquadratic.h"
+#include "nadir/render/level_of_detail.h"
 #include "nadir/tile/cell_source.h"
 
 namespace nadir::render {
 
+/// How a sample is made of texels.
+enum class Interpolation {
+  Nearest,   // the texel that holds it
+  Bilinear,  // of the four around it
+  Cubic,     // Keys' convolution of the sixteen around it
+};
+
 /// The pinned cells of one level that a block of pixels may sample: cols by rows of them, rows from the top.
 struct LevelWindow {
   int level = 0;
-  double texels_x = 1, texels_y = 1;  // level-0 texels to one of this level's
+  double texels_x = 1, texels_y = 1;   // level-0 texels to one of this level's
+  std::int32_t width = 0, height = 0;  // of the level, texels
   std::int32_t first_col = 0, first_row = 0, cols = 0, rows = 0;
-  // Where a block lies across the two ends of a map that goes around the Earth: the level's width. Columns are counted
-  // on past it then, and a cell of them holds texels of both ends.
-  std::int32_t around = 0;
+  // A block lies across the two ends of a map that goes around the Earth: columns of texels, and of cells, are counted
+  // on past the level's width, and `cells` are those of the stored columns `columns`.
+  bool around = false;
+  std::span<const std::int32_t> columns;
   std::span<const tile::Cell* const> cells;
 };
 
@@ -38,22 +48,26 @@ struct BlockSampling {
   Eigen::Matrix2d jacobian = Eigen::Matrix2d::Zero();
 
   std::array<double, 4> level_at_corner{};  // top left, top right, bottom right, bottom left; between them bilinear
-  int samples_x = 1, samples_y = 1;         // a grid of bilinear samples within each pixel
-  bool nearest = false;  // the texel that holds the pixel's centre, at the level nearest to the coordinate
+  LevelBlend level_blend;                   // which levels that means
+  int samples_x = 1, samples_y = 1;         // a grid of samples within each pixel
+  Interpolation interpolation = Interpolation::Bilinear;
 
   double map_width = 0, map_height = 0;  // level-0 texels
   bool inside = false;                   // every pixel centre lies on the map
   std::span<const LevelWindow> levels;   // consecutive, from the finest
-  bool masked = false;                   // some cell in them has an invalid texel
 };
 
-/// Samples a block, the definition in plain arithmetic.
+/// Samples a block, with the fastest kernels that this CPU has; all give the same bytes.
 ///
-/// Each pixel is the mean of its samples; each sample is bilinear in the two levels around the level coordinate,
-/// blended linearly. Invalid texels take no part; a pixel is valid where valid texels carry at least half of its weight
-/// and its centre is on the map. An invalid pixel's samples are 0. `out`: the block's first sample in a frame of
-/// `stride_px` pixels a row, bands interleaved, of the source's type; `validity`: likewise, one byte a pixel, 1 or 0.
-/// Integers are rounded to nearest, ties up.
+/// Each pixel is the mean of its samples, of which each is blended linearly between two levels where LevelBlend says
+/// so. Invalid texels take no part; a pixel is valid where valid texels carry at least half of its weight and its
+/// centre is on the map. An invalid pixel's samples are 0. `out`: the block's first sample in a frame of `stride_px`
+/// pixels a row, bands interleaved, of the source's type; `validity`: likewise, one byte a pixel, 1 or 0.
+///
+/// Integers are rounded to nearest, ties up, and held within their type's range, which Cubic may leave. Error before
+/// that, against samples in exact arithmetic: of bytes, Bilinear, 0.016 for a sample of one level (fractions of 15 bits
+/// and sums in units of 1/128; with levels blended 0.02); of all else what single precision leaves, under 1e-6 of the
+/// greatest texel.
 void sample_block(const BlockSampling& block, const tile::CellSource& source, void* out, std::uint8_t* validity,
                   std::size_t stride_px);
 

@@ -1,0 +1,376 @@
+// Compiled once for each instruction set. Scalable vectors are left to the sets of fixed size that go with them: pieces
+// of 16 bytes are what a pixel is made of.
+#define HWY_DISABLED_TARGETS (HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128 | HWY_RVV)
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "vector_kernels.cpp"
+
+#include <cstring>
+
+#include "kernels.h"
+#include "row_math.h"
+#include "vector_kernels.h"
+
+// In this order: what follows is compiled again and again
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace nadir::render {
+namespace HWY_NAMESPACE {
+#if HWY_TARGET == HWY_SCALAR || HWY_TARGET == HWY_EMU128
+const Kernels* table() { return &scalar_kernels(); }
+#else
+namespace {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+void project(const RowPath& path, double first, int count, double* u, double* v) {
+  const hn::CappedTag<double, row_px> d;
+  const auto from = hn::Set(d, first), one = hn::Set(d, 1);
+  const auto u0 = hn::Set(d, path.u0), u1 = hn::Set(d, path.u1), u2 = hn::Set(d, path.u2);
+  const auto v0 = hn::Set(d, path.v0), v1 = hn::Set(d, path.v1), v2 = hn::Set(d, path.v2);
+  const auto w0 = hn::Set(d, path.w0), w1 = hn::Set(d, path.w1);
+  auto index = hn::Iota(d, 0.0);
+  for (std::size_t i = 0; i < static_cast<std::size_t>(count); i += hn::Lanes(d)) {
+    const auto x = hn::Add(from, index);
+    const auto over_w = hn::Div(one, hn::Add(w0, hn::Mul(x, w1)));
+    hn::Store(hn::Mul(hn::Add(u0, hn::Mul(x, hn::Add(u1, hn::Mul(x, u2)))), over_w), d, u + i);
+    hn::Store(hn::Mul(hn::Add(v0, hn::Mul(x, hn::Add(v1, hn::Mul(x, v2)))), over_w), d, v + i);
+    index = hn::Add(index, hn::Set(d, static_cast<double>(hn::Lanes(d))));
+  }
+}
+
+/// Texels of a patch, in whole vectors up to a multiple of 8 pixels: those beyond the row lie within the patch too.
+template <class D>
+struct Holder {
+  explicit Holder(const PatchFrame& frame)
+      : scale_x(hn::Set(d, frame.scale_x)),
+        scale_y(hn::Set(d, frame.scale_y)),
+        offset_x(hn::Set(d, frame.offset_x)),
+        offset_y(hn::Set(d, frame.offset_y)),
+        low(hn::Set(d, frame.low)),
+        high_x(hn::Set(d, frame.high_x)),
+        high_y(hn::Set(d, frame.high_y)) {}
+  using V = hn::Vec<D>;
+  V hold(V x, V high) const { return hn::Min(hn::IfThenElse(hn::Ge(x, low), x, low), high); }
+  V x(const double* u) const { return hold(hn::Add(hn::Mul(hn::Load(d, u), scale_x), offset_x), high_x); }
+  V y(const double* v) const { return hold(hn::Add(hn::Mul(hn::Load(d, v), scale_y), offset_y), high_y); }
+  D d;
+  V scale_x, scale_y, offset_x, offset_y, low, high_x, high_y;
+};
+
+void place_fixed(const double* u, const double* v, const PatchFrame& frame, int count, Places& places) {
+  using D = hn::CappedTag<double, 8>;
+  const D d;
+  const hn::Rebind<std::int32_t, D> di;
+  const hn::Rebind<std::int16_t, D> d16;
+  const Holder<D> holder(frame);
+  const auto one = hn::Set(d, 1 << fraction_bits), half = hn::Set(d, 0.5);
+  const auto mask = hn::Set(di, (1 << fraction_bits) - 1), pitch = hn::Set(di, frame.pitch);
+  const std::size_t end = (static_cast<std::size_t>(count) + 7) / 8 * 8;
+  for (std::size_t i = 0; i < end; i += hn::Lanes(d)) {
+    const auto x = hn::DemoteTo(di, hn::Add(hn::Mul(holder.x(u + i), one), half));
+    const auto y = hn::DemoteTo(di, hn::Add(hn::Mul(holder.y(v + i), one), half));
+    hn::Store(hn::Add(hn::Mul(hn::ShiftRight<fraction_bits>(y), pitch), hn::ShiftRight<fraction_bits>(x)), di,
+              places.at + i);
+    hn::Store(hn::DemoteTo(d16, hn::And(x, mask)), d16, places.x15 + i);
+    hn::Store(hn::DemoteTo(d16, hn::And(y, mask)), d16, places.y15 + i);
+  }
+}
+
+void place(const double* u, const double* v, const PatchFrame& frame, int count, Places& places) {
+  using D = hn::CappedTag<double, 8>;
+  const D d;
+  const hn::Rebind<std::int32_t, D> di;
+  const hn::Rebind<float, D> df;
+  const Holder<D> holder(frame);
+  const auto pitch = hn::Set(di, frame.pitch);
+  const std::size_t end = (static_cast<std::size_t>(count) + 7) / 8 * 8;
+  for (std::size_t i = 0; i < end; i += hn::Lanes(d)) {
+    const auto x = holder.x(u + i), y = holder.y(v + i);
+    const auto col = hn::DemoteTo(di, x), row = hn::DemoteTo(di, y);
+    hn::Store(hn::Add(hn::Mul(row, pitch), col), di, places.at + i);
+    hn::Store(hn::DemoteTo(df, hn::Sub(x, hn::PromoteTo(d, col))), df, places.x + i);
+    hn::Store(hn::DemoteTo(df, hn::Sub(y, hn::PromoteTo(d, row))), df, places.y + i);
+  }
+}
+
+// ---- bytes, four channels: a pixel's four texels are 16 bytes
+
+/// For each of 8 pixels, the bytes of its 16-bit word in a vector of 8, as often as it takes to fill a piece.
+struct WordOfPixel {
+  constexpr WordOfPixel() {
+    for (int k = 0; k < 4; ++k)
+      for (int i = 0; i < 16; ++i) {
+        const auto byte = static_cast<std::uint8_t>(i & 1);
+        even[16 * k + i] = static_cast<std::uint8_t>(2 * (2 * k) + byte);
+        odd[16 * k + i] = static_cast<std::uint8_t>(2 * (2 * k + 1) + byte);
+        both[16 * k + i] = i < 8 ? even[16 * k + i] : odd[16 * k + i];
+      }
+  }
+  alignas(64) std::uint8_t even[64] = {}, odd[64] = {}, both[64] = {};
+};
+constexpr WordOfPixel word_of_pixel;
+
+constexpr std::size_t pieces = (HWY_MAX_BYTES >= 64 ? 64 : HWY_MAX_BYTES >= 32 ? 32 : 16) / 16;  // of 16 bytes
+using Bytes = hn::FixedTag<std::uint8_t, 16 * pieces>;
+
+/// The texels left, right of one pixel: above in the lower half, below in the upper.
+HWY_INLINE hn::Vec<hn::FixedTag<std::uint8_t, 16> > four_texels(const std::uint8_t* top, std::size_t pitch) {
+  const hn::FixedTag<std::uint8_t, 8> half;
+  return hn::Combine(hn::FixedTag<std::uint8_t, 16>(), hn::LoadU(half, top + pitch), hn::LoadU(half, top));
+}
+
+/// Of every second pixel.
+HWY_INLINE hn::Vec<Bytes> texels_of(const std::uint8_t* patch, std::size_t pitch, const std::int32_t* at) {
+  const auto piece = [&](int i) {
+    return four_texels(patch + 4 * static_cast<std::size_t>(static_cast<std::uint32_t>(at[2 * i])), pitch);
+  };
+#if HWY_MAX_BYTES >= 64
+  const hn::FixedTag<std::uint8_t, 32> d32;
+  return hn::Combine(Bytes(), hn::Combine(d32, piece(3), piece(2)), hn::Combine(d32, piece(1), piece(0)));
+#elif HWY_MAX_BYTES >= 32
+  return hn::Combine(Bytes(), piece(1), piece(0));
+#else
+  return piece(0);
+#endif
+}
+
+void bilinear4_bytes(const std::uint8_t* patch, std::int32_t pitch, const Places& places, int count,
+                     std::int16_t* out) {
+  const Bytes d8;
+  const hn::Repartition<std::int16_t, Bytes> d16;
+  const hn::Repartition<std::uint64_t, Bytes> d64;
+  const std::size_t pitch_bytes = 4 * static_cast<std::size_t>(pitch);
+  constexpr int log2_one = 7;
+  static_assert(1 << log2_one == fixed_one);
+  const auto mix = [&](auto a, auto b, auto f) { return hn::Add(a, hn::MulFixedPoint15(hn::Sub(b, a), f)); };
+  const auto word = [&](auto words, auto table) {
+    return hn::BitCast(d16, hn::TableLookupBytes(hn::BitCast(d8, words), table));
+  };
+  const auto down = [&](auto texels, auto f) {
+    const auto zero = hn::Zero(d8);
+    const auto top = hn::BitCast(d16, hn::InterleaveLower(d8, texels, zero)),
+               bottom = hn::BitCast(d16, hn::InterleaveUpper(d8, texels, zero));
+    return mix(hn::ShiftLeft<log2_one>(top), hn::ShiftLeft<log2_one>(bottom), f);
+  };
+  for (int i = 0; i < count; i += 8) {
+    const auto x = hn::LoadDup128(d16, places.x15 + i), y = hn::LoadDup128(d16, places.y15 + i);
+    for (std::size_t k = 0; k < 4; k += pieces) {
+      const std::int32_t* at = places.at + i + 2 * k;
+      const auto table = [&](const std::uint8_t* of_pixels) { return hn::Load(d8, of_pixels + 16 * k); };
+      const auto a = hn::BitCast(d64, down(texels_of(patch, pitch_bytes, at), word(y, table(word_of_pixel.even))));
+      const auto b = hn::BitCast(d64, down(texels_of(patch, pitch_bytes, at + 1), word(y, table(word_of_pixel.odd))));
+      const auto left = hn::BitCast(d16, hn::InterleaveLower(d64, a, b)),
+                 right = hn::BitCast(d16, hn::InterleaveUpper(d64, a, b));
+      hn::StoreU(mix(left, right, word(x, table(word_of_pixel.both))), d16, out + 4 * (i + 2 * static_cast<int>(k)));
+    }
+  }
+}
+
+// ---- one channel: lanes are pixels, whose texels are copied together first, left and right
+
+template <class T>
+struct Staged {
+  Staged(const T* patch, std::int32_t pitch, const Places& places, int count) {
+    for (int i = 0; i < count; ++i) {
+      const T* from = patch + places.at[i];
+      std::memcpy(top + 2 * i, from, 2 * sizeof(T));
+      std::memcpy(bottom + 2 * i, from + pitch, 2 * sizeof(T));
+    }
+  }
+  alignas(64) T top[2 * row_px], bottom[2 * row_px];
+};
+
+void bilinear1_bytes(const std::uint8_t* patch, std::int32_t pitch, const Places& places, int count,
+                     std::int16_t* out) {
+  const Staged<std::uint8_t> staged(patch, pitch, places, count);
+  const hn::CappedTag<std::int16_t, row_px> d;
+  const hn::Repartition<std::uint16_t, decltype(d)> du;
+  const hn::Repartition<std::uint8_t, decltype(d)> d8;
+  const auto mix = [&](auto a, auto b, auto f) { return hn::Add(a, hn::MulFixedPoint15(hn::Sub(b, a), f)); };
+  constexpr int log2_one = 7;
+  for (int i = 0; i < count; i += static_cast<int>(hn::Lanes(d))) {
+    // The byte to the left is the lower one of a word
+    const auto top = hn::BitCast(du, hn::Load(d8, staged.top + 2 * i)),
+               bottom = hn::BitCast(du, hn::Load(d8, staged.bottom + 2 * i));
+    const auto left = [&](auto words) {
+      return hn::BitCast(d, hn::ShiftLeft<log2_one>(hn::And(words, hn::Set(du, 0xff))));
+    };
+    const auto right = [&](auto words) { return hn::BitCast(d, hn::ShiftLeft<log2_one>(hn::ShiftRight<8>(words))); };
+    const auto y = hn::Load(d, places.y15 + i), x = hn::Load(d, places.x15 + i);
+    hn::StoreU(mix(mix(left(top), left(bottom), y), mix(right(top), right(bottom), y), x), d, out + i);
+  }
+}
+
+// ---- other types, and cubic: in float
+
+template <class D, class T>
+HWY_INLINE hn::Vec<D> load_float(D d, const T* from) {
+  if constexpr (std::is_same_v<T, float>) {
+    return hn::LoadU(d, from);
+  } else {
+    const hn::Rebind<std::int32_t, D> di;
+    return hn::ConvertTo(d, hn::PromoteTo(di, hn::LoadU(hn::Rebind<T, D>(), from)));
+  }
+}
+
+template <class V>
+HWY_INLINE V mix_float(V a, V b, V f) {
+  return hn::Add(a, hn::Mul(hn::Sub(b, a), f));
+}
+
+template <class T>
+void bilinear4(const T* patch, std::int32_t pitch, const Places& places, int count, float* out) {
+  const hn::FixedTag<float, 4> d;
+  for (int i = 0; i < count; ++i) {
+    const T* top = patch + 4 * static_cast<std::ptrdiff_t>(places.at[i]);
+    const T* bottom = top + 4 * static_cast<std::ptrdiff_t>(pitch);
+#if HWY_MAX_BYTES >= 32
+    const hn::FixedTag<float, 8> both;
+    const auto down = mix_float(load_float(both, top), load_float(both, bottom), hn::Set(both, places.y[i]));
+    const auto left = hn::LowerHalf(d, down), right = hn::UpperHalf(d, down);
+#else
+    const auto y = hn::Set(d, places.y[i]);
+    const auto left = mix_float(load_float(d, top), load_float(d, bottom), y),
+               right = mix_float(load_float(d, top + 4), load_float(d, bottom + 4), y);
+#endif
+    hn::StoreU(mix_float(left, right, hn::Set(d, places.x[i])), d, out + 4 * i);
+  }
+}
+
+template <class T>
+void bilinear1(const T* patch, std::int32_t pitch, const Places& places, int count, float* out) {
+  const Staged<T> staged(patch, pitch, places, count);
+  alignas(64) float left[row_px], right[row_px];
+  for (int i = 0; i < count; ++i) {
+    left[i] = lerp(static_cast<float>(staged.top[2 * i]), static_cast<float>(staged.bottom[2 * i]), places.y[i]);
+    right[i] =
+        lerp(static_cast<float>(staged.top[2 * i + 1]), static_cast<float>(staged.bottom[2 * i + 1]), places.y[i]);
+  }
+  for (int i = 0; i < count; ++i) out[i] = lerp(left[i], right[i], places.x[i]);
+}
+
+template <class T>
+void cubic4(const T* patch, std::int32_t pitch, const Places& places, int count, float* out) {
+  const hn::FixedTag<float, 4> d;
+  for (int i = 0; i < count; ++i) {
+    const CubicWeights across(places.x[i]), down(places.y[i]);
+    const std::ptrdiff_t row = 4 * static_cast<std::ptrdiff_t>(pitch);
+    const T* first = patch + 4 * static_cast<std::ptrdiff_t>(places.at[i]) - row - 4;
+    const auto columns = [&](auto tag, const T* from) {
+      auto sum = hn::Mul(hn::Set(tag, down.w[0]), load_float(tag, from));
+      for (int j = 1; j < 4; ++j) sum = hn::Add(sum, hn::Mul(hn::Set(tag, down.w[j]), load_float(tag, from + j * row)));
+      return sum;
+    };
+    const auto times = [&](auto column, int j) { return hn::Mul(column, hn::Set(d, across.w[j])); };
+#if HWY_MAX_BYTES >= 32
+    const hn::FixedTag<float, 8> two;
+    const auto ab = columns(two, first), ce = columns(two, first + 8);
+    auto sum = hn::Add(times(hn::LowerHalf(d, ab), 0), times(hn::UpperHalf(d, ab), 1));
+    sum = hn::Add(sum, times(hn::LowerHalf(d, ce), 2));
+    sum = hn::Add(sum, times(hn::UpperHalf(d, ce), 3));
+#else
+    auto sum = times(columns(d, first), 0);
+    for (int j = 1; j < 4; ++j) sum = hn::Add(sum, times(columns(d, first + 4 * j), j));
+#endif
+    hn::StoreU(sum, d, out + 4 * i);
+  }
+}
+
+template <class T>
+void cubic1(const T* patch, std::int32_t pitch, const Places& places, int count, float* out) {
+  const hn::FixedTag<float, 4> d;
+  alignas(16) float columns[4];
+  for (int i = 0; i < count; ++i) {
+    const CubicWeights across(places.x[i]), down(places.y[i]);
+    const T* first = patch + static_cast<std::ptrdiff_t>(places.at[i]) - pitch - 1;
+    auto sum = hn::Mul(hn::Set(d, down.w[0]), load_float(d, first));
+    for (int j = 1; j < 4; ++j)
+      sum = hn::Add(sum, hn::Mul(hn::Set(d, down.w[j]), load_float(d, first + static_cast<std::ptrdiff_t>(j) * pitch)));
+    hn::Store(hn::Mul(sum, hn::LoadU(d, across.w)), d, columns);
+    out[i] = columns[0] + columns[1] + columns[2] + columns[3];
+  }
+}
+
+// ---- texels in and out
+
+template <class T>
+void round(const float* values, int count, float scale, T* out) {
+  round_values(values, count, scale, out);
+}
+void round_fixed(const std::int16_t* values, int count, std::uint8_t* out) { round_fixed_values(values, count, out); }
+void round_sums(const std::int32_t* sums, int count, float scale, std::uint8_t* out) {
+  round_fixed_sums(sums, count, scale, out);
+}
+
+alignas(16) constexpr std::uint8_t wide[16] = {0, 1, 2, 0x80, 3, 4, 5, 0x80, 6, 7, 8, 0x80, 9, 10, 11, 0x80};
+alignas(16) constexpr std::uint8_t narrow[16] = {0, 1, 2, 4, 5, 6, 8, 9, 10, 12, 13, 14, 0x80, 0x80, 0x80, 0x80};
+
+void widen3(const std::uint8_t* texels, int count, std::uint8_t* out) {
+  const hn::FixedTag<std::uint8_t, 16> d;
+  const auto table = hn::Load(d, wide);
+  const auto opaque = hn::BitCast(d, hn::Set(hn::FixedTag<std::uint32_t, 4>(), 0xff000000u));
+  int i = 0;
+  for (; i + 6 <= count; i += 4)  // reads five texels and a third
+    hn::StoreU(hn::Or(hn::TableLookupBytesOr0(hn::LoadU(d, texels + 3 * i), table), opaque), d, out + 4 * i);
+  scalar_kernels().widen3(texels + 3 * i, count - i, out + 4 * i);
+}
+
+void narrow3(const std::uint8_t* texels, int count, std::uint8_t* out) {
+  const hn::FixedTag<std::uint8_t, 16> d;
+  const auto table = hn::Load(d, narrow);
+  int i = 0;
+  for (; i + 6 <= count; i += 4)  // writes five texels and a third
+    hn::StoreU(hn::TableLookupBytesOr0(hn::LoadU(d, texels + 4 * i), table), d, out + 3 * i);
+  scalar_kernels().narrow3(texels + 4 * i, count - i, out + 3 * i);
+}
+
+}  // namespace
+
+const Kernels* table() {
+  static const Kernels kernels = {
+      hwy::TargetName(HWY_TARGET),
+      project,
+      place_fixed,
+      place,
+      {bilinear4_bytes, bilinear1_bytes, cubic4<std::uint8_t>, cubic1<std::uint8_t>, round<std::uint8_t>},
+      {bilinear4<std::int16_t>, bilinear1<std::int16_t>, cubic4<std::int16_t>, cubic1<std::int16_t>,
+       round<std::int16_t>},
+      {bilinear4<std::uint16_t>, bilinear1<std::uint16_t>, cubic4<std::uint16_t>, cubic1<std::uint16_t>,
+       round<std::uint16_t>},
+      {bilinear4<float>, bilinear1<float>, cubic4<float>, cubic1<float>, round<float>},
+      round_fixed,
+      round_sums,
+      widen3,
+      narrow3};
+  return &kernels;
+}
+#endif
+
+}  // namespace HWY_NAMESPACE
+}  // namespace nadir::render
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace nadir::render {
+HWY_EXPORT(table);
+
+std::vector<const Kernels*> vector_kernels() {
+  static const std::vector<const Kernels*> all = [] {
+    std::vector<const Kernels*> found;
+    for (const std::int64_t target : hwy::SupportedAndGeneratedTargets()) {  // the best come first
+      hwy::SetSupportedTargetsForTest(target);
+      hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+      const Kernels* kernels = HWY_DYNAMIC_DISPATCH(table)();
+      if (kernels != &scalar_kernels()) found.insert(found.begin(), kernels);
+    }
+    hwy::SetSupportedTargetsForTest(0);
+    hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+    return found;
+  }();
+  return all;
+}
+
+}  // namespace nadir::render
+#endif
