@@ -64,6 +64,11 @@ struct Kernels {
   TypeKernels<std::int16_t> int16;
   TypeKernels<std::uint16_t> uint16;
   TypeKernels<float> float32;
+  /// Brings `values` a `share` of the way to `coarse`.
+  void (*blend_fixed)(const std::int16_t* coarse, const std::int16_t* shares, int count, std::int16_t* values);
+  void (*blend)(const float* coarse, const float* shares, int count, float* values);
+  void (*add_fixed)(const std::int16_t* values, int count, std::int32_t* sums);
+  void (*add)(const float* values, int count, float* sums);
   void (*round_fixed)(const std::int16_t* values, int count, std::uint8_t* out);
   void (*round_sums)(const std::int32_t* sums, int count, float scale, std::uint8_t* out);
   /// Texels of three bytes to texels of four, the last 255, and back.

@@ -36,15 +36,6 @@ double level_coordinate(std::span<const tile::Level> levels, double texels) {
   return static_cast<double>(levels.size() - 1);
 }
 
-LevelBlend::Choice LevelBlend::operator()(double coordinate) const {
-  const int finer = static_cast<int>(coordinate);
-  const double from_half = coordinate - finer - 0.5;
-  const double share = band > 0 ? std::clamp(from_half / band + 0.5, 0.0, 1.0) : from_half >= 0 ? 1.0 : 0.0;
-  const int coarser = static_cast<int>(share * one + 0.5);
-  if (coarser == one) return {finer + 1, 0};
-  return {finer, coarser};
-}
-
 SamplePattern footprint_samples(const Eigen::Matrix2d& jacobian, double oversampling, int most_samples,
                                 double coarsest_texels) {
   // Singular values of a 2x2 matrix from its invariants; half the difference of squares under the root avoids

@@ -206,11 +206,21 @@ void PartSampler<T, Value>::start(const Row& row) {
     segments_.push_back({0, row.count, levels_.first, false});
     return;
   }
+  const double left = level_at(0, row.y + 0.5), step = (level_at(block_.width, row.y + 0.5) - left) / block_.width;
+  int levels[row_px];
   for (int i = 0; i < row.count; ++i) {
-    const auto [finer, coarser] = choose(level_at(row.x + i + 0.5, row.y + 0.5));
-    const int level = std::clamp(finer, levels_.first, levels_.last);
-    shares_[i] = static_cast<std::int16_t>(level == finer && level < levels_.last ? coarser : 0);
-    if (segments_.empty() || segments_.back().level != level) segments_.push_back({i, i, level, false});
+    const auto [finer, coarser] = choose(left + step * (row.x + i + 0.5));
+    levels[i] = std::clamp(finer, levels_.first, levels_.last);
+    const double share = levels[i] == finer && finer < levels_.last ? coarser : 0;
+    if constexpr (fixed)
+      shares_[i] =
+          static_cast<Value>(std::min(static_cast<int>(share * (1 << fraction_bits) + 0.5), (1 << fraction_bits) - 1));
+    else
+      shares_[i] = static_cast<Value>(share);
+  }
+  for (int i = 0; i < row.count; ++i) {
+    for (int c = 0; c < 4; ++c) shares4_[4 * i + c] = shares_[i];
+    if (segments_.empty() || segments_.back().level != levels[i]) segments_.push_back({i, i, levels[i], false});
     segments_.back().end = i + 1;
     segments_.back().blended = segments_.back().blended || shares_[i] != 0;
   }
@@ -263,15 +273,11 @@ void PartSampler<T, Value>::take_values(const Segment& segment, int group) {
   if (!segment.blended) return;
   Value* coarse = coarse_values().data();
   take_group(scratch_.coarse_places, segment.level + 1, group, count, coarse);
-  for (int i = 0; i < count; ++i) {
-    const std::int16_t share = shares_[segment.first + i];
-    for (int c = channels * i; c < channels * (i + 1); ++c) {
-      if constexpr (fixed)
-        out[c] = lerp_fixed(out[c], coarse[c], share);
-      else
-        out[c] = lerp(out[c], coarse[c], static_cast<float>(share) * (1.0f / LevelBlend::one));
-    }
-  }
+  const Value* shares = channels == 4 ? shares4_ + 4 * segment.first : shares_ + segment.first;
+  if constexpr (fixed)
+    kernels_.blend_fixed(coarse, shares, channels * count, out);
+  else
+    kernels_.blend(coarse, shares, channels * count, out);
 }
 
 template <class T, class Value>
@@ -289,9 +295,11 @@ void PartSampler<T, Value>::add_sample(const Row& row, int i, int j) {
     const Value* from = values(group);
     Sum* to = sums(group);
     if (first_sample_)
-      for (int k = 0; k < count; ++k) to[k] = from[k];
+      std::copy_n(from, count, to);
+    else if constexpr (fixed)
+      kernels_.add_fixed(from, count, to);
     else
-      for (int k = 0; k < count; ++k) to[k] += from[k];
+      kernels_.add(from, count, to);
   }
   first_sample_ = false;
 }
@@ -334,13 +342,21 @@ void PartSampler<T, Value>::normalise(const Row& row) {
         for (int c = 0; c < channels; ++c) visit(sums(group)[channels * i + c]);
     }
   };
-  const int group = layout_.validity_group(), channels = layout_.channels_of(group);
+  Sum weights[row_px];  // of the valid texels
+  std::fill_n(weights, row.count, full);
+  if (masked_) {
+    const int group = layout_.validity_group(), channels = layout_.channels_of(group);
+    const auto take = [&](const auto* from) {
+      for (int i = 0; i < row.count; ++i) weights[i] = static_cast<Sum>(from[channels * i + layout_.validity_channel]);
+    };
+    one_sample_ ? take(values(group)) : take(sums(group));
+  }
+  bool whole = true;
+  for (int i = 0; i < row.count; ++i) whole = whole & (weights[i] == full) & (valid_[i] != 0);
+  if (whole) return;
+
   for (int i = 0; i < row.count; ++i) {
-    Sum weight = full;  // of the valid texels
-    if (masked_) {
-      const int at = channels * i + layout_.validity_channel;
-      weight = one_sample_ ? static_cast<Sum>(values(group)[at]) : sums(group)[at];
-    }
+    const Sum weight = weights[i];
     valid_[i] = valid_[i] && weight >= full - weight;
     if (!valid_[i]) {
       each_group(i, [](auto& value) { value = 0; });

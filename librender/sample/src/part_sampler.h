@@ -22,7 +22,7 @@ template <class T>
 struct Scratch {
   std::vector<TexelPatch<T>> patches;  // of the block's levels
   Places fine_places, coarse_places;
-  alignas(64) double u[row_px] = {}, v[row_px] = {};
+  alignas(64) double u[row_room_px] = {}, v[row_room_px] = {};
   std::vector<std::int16_t> fixed_values, fixed_coarse;
   std::vector<std::int32_t> fixed_sums;
   std::vector<float> values, coarse, sums;
@@ -106,7 +106,8 @@ class PartSampler {
 
   // Of the row in hand
   std::vector<Segment> segments_;
-  alignas(64) std::int16_t shares_[row_px] = {};  // of the coarser level
+  // Of the coarser level, for each pixel: once, and as often as it has channels in a group of four
+  Value shares_[row_room_px] = {}, shares4_[4 * row_room_px] = {};
   bool first_sample_ = true;
   std::uint8_t valid_[row_px] = {};
 };

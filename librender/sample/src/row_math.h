@@ -34,6 +34,15 @@ struct CubicWeights {
   return static_cast<std::int16_t>(a + (((b - a) * f + (1 << (fraction_bits - 1))) >> fraction_bits));
 }
 
+[[gnu::always_inline]] inline void blend_values(const float* coarse, const float* shares, int count, float* values) {
+  for (int i = 0; i < count; ++i) values[i] = lerp(values[i], coarse[i], shares[i]);
+}
+
+template <class Value, class Sum>
+[[gnu::always_inline]] inline void add_values(const Value* values, int count, Sum* sums) {
+  for (int i = 0; i < count; ++i) sums[i] += values[i];
+}
+
 template <class T>
 [[gnu::always_inline]] inline void round_values(const float* values, int count, float scale, T* out) {
   for (int i = 0; i < count; ++i) {

@@ -14,14 +14,14 @@ Scratch<T>& scratch() {
 
 }  // namespace
 
-void sample_block_with(const Kernels& kernels, const BlockSampling& block, const tile::CellSource& source, void* out,
+void sample_block_with(const Kernels& kernels, const BlockSampling& block, const SampleFormat& format, void* out,
                        std::uint8_t* validity, std::size_t stride_px) {
-  const int bands = static_cast<int>(source.bands().size());
-  const bool decibel = source.domain() == tile::Domain::Decibel;
+  const bool decibel = format.domain == tile::Domain::Decibel;
   const Part whole{0, 0, block.width, block.height};
-  tile::with_sample_type(source.type(), [&]<class T>(T) {
+  tile::with_sample_type(format.type, [&]<class T>(T) {
     const auto sample = [&]<class Value>(Value) {
-      PartSampler<T, Value>(kernels, block, bands, decibel, static_cast<T*>(out), validity, stride_px, scratch<T>())
+      PartSampler<T, Value>(kernels, block, format.bands, decibel, static_cast<T*>(out), validity, stride_px,
+                            scratch<T>())
           .sample(whole);
     };
     // Cubic samples leave the range of their type, and have no place in 16 bits
@@ -31,7 +31,8 @@ void sample_block_with(const Kernels& kernels, const BlockSampling& block, const
 
 void sample_block(const BlockSampling& block, const tile::CellSource& source, void* out, std::uint8_t* validity,
                   std::size_t stride_px) {
-  sample_block_with(best_kernels(), block, source, out, validity, stride_px);
+  sample_block_with(best_kernels(), block, {source.type(), static_cast<int>(source.bands().size()), source.domain()},
+                    out, validity, stride_px);
 }
 
 }  // namespace nadir::render

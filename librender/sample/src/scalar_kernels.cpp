@@ -85,6 +85,16 @@ void cubic(const T* patch, std::int32_t pitch, const Places& places, int count, 
   }
 }
 
+void blend_fixed(const std::int16_t* coarse, const std::int16_t* shares, int count, std::int16_t* values) {
+  for (int i = 0; i < count; ++i) values[i] = lerp_fixed(values[i], coarse[i], shares[i]);
+}
+void blend(const float* coarse, const float* shares, int count, float* values) {
+  blend_values(coarse, shares, count, values);
+}
+
+void add_fixed(const std::int16_t* values, int count, std::int32_t* sums) { add_values(values, count, sums); }
+void add(const float* values, int count, float* sums) { add_values(values, count, sums); }
+
 void widen3(const std::uint8_t* texels, int count, std::uint8_t* out) {
   for (int i = 0; i < count; ++i) {
     std::memcpy(out + 4 * i, texels + 3 * i, 3);
@@ -119,6 +129,10 @@ const Kernels& scalar_kernels() {
                                       type_kernels<std::int16_t>,
                                       type_kernels<std::uint16_t>,
                                       type_kernels<float>,
+                                      blend_fixed,
+                                      blend,
+                                      add_fixed,
+                                      add,
                                       round_fixed,
                                       round_sums,
                                       widen3,

@@ -29,6 +29,16 @@ std::vector<CellRun> runs_of(const LevelWindow& window, const TexelRect& rect) {
   return runs;
 }
 
+/// Texels of `Here` bands out of `bands` to groups of four channels, those left over `full`.
+template <int Here, class T>
+void copy_group(const T* source, std::size_t bands, std::size_t count, T* out) {
+  for (std::size_t i = 0; i < count; ++i) {
+    T texel[4] = {TexelPatch<T>::full, TexelPatch<T>::full, TexelPatch<T>::full, TexelPatch<T>::full};
+    std::memcpy(texel, source + bands * i, Here * sizeof(T));
+    std::memcpy(out + 4 * i, texel, sizeof texel);
+  }
+}
+
 }  // namespace
 
 template <class T>
@@ -74,10 +84,19 @@ void TexelPatch<T>::copy_run(const Kernels& kernels, const ChannelLayout& layout
         continue;
       }
     }
-    const std::size_t here = std::min(channels, bands - band);
-    for (std::size_t i = 0; i < texels; ++i) {
-      for (std::size_t b = 0; b < here; ++b) out[channels * i + b] = source[bands * i + band + b];
-      for (std::size_t b = here; b < channels; ++b) out[channels * i + b] = full;
+    const T* first = source + band;
+    switch (std::min(channels, bands - band)) {
+      case 1:
+        copy_group<1>(first, bands, texels, out);
+        break;
+      case 2:
+        copy_group<2>(first, bands, texels, out);
+        break;
+      case 3:
+        copy_group<3>(first, bands, texels, out);
+        break;
+      default:
+        copy_group<4>(first, bands, texels, out);
     }
   }
   const std::uint8_t* valid = cell.masked() ? cell.validity() + from : nullptr;

@@ -53,8 +53,8 @@ struct Holder {
         high_y(hn::Set(d, frame.high_y)) {}
   using V = hn::Vec<D>;
   V hold(V x, V high) const { return hn::Min(hn::IfThenElse(hn::Ge(x, low), x, low), high); }
-  V x(const double* u) const { return hold(hn::Add(hn::Mul(hn::Load(d, u), scale_x), offset_x), high_x); }
-  V y(const double* v) const { return hold(hn::Add(hn::Mul(hn::Load(d, v), scale_y), offset_y), high_y); }
+  V x(const double* u) const { return hold(hn::Add(hn::Mul(hn::LoadU(d, u), scale_x), offset_x), high_x); }
+  V y(const double* v) const { return hold(hn::Add(hn::Mul(hn::LoadU(d, v), scale_y), offset_y), high_y); }
   D d;
   V scale_x, scale_y, offset_x, offset_y, low, high_x, high_y;
 };
@@ -93,6 +93,15 @@ void place(const double* u, const double* v, const PatchFrame& frame, int count,
     hn::Store(hn::DemoteTo(df, hn::Sub(x, hn::PromoteTo(d, col))), df, places.x + i);
     hn::Store(hn::DemoteTo(df, hn::Sub(y, hn::PromoteTo(d, row))), df, places.y + i);
   }
+}
+
+template <class V>
+HWY_INLINE V mix_fixed(V a, V b, V f) {
+  return hn::Add(a, hn::MulFixedPoint15(hn::Sub(b, a), f));
+}
+template <class V>
+HWY_INLINE V mix_float(V a, V b, V f) {
+  return hn::Add(a, hn::Mul(hn::Sub(b, a), f));
 }
 
 // ---- bytes, four channels: a pixel's four texels are 16 bytes
@@ -144,7 +153,6 @@ void bilinear4_bytes(const std::uint8_t* patch, std::int32_t pitch, const Places
   const std::size_t pitch_bytes = 4 * static_cast<std::size_t>(pitch);
   constexpr int log2_one = 7;
   static_assert(1 << log2_one == fixed_one);
-  const auto mix = [&](auto a, auto b, auto f) { return hn::Add(a, hn::MulFixedPoint15(hn::Sub(b, a), f)); };
   const auto word = [&](auto words, auto table) {
     return hn::BitCast(d16, hn::TableLookupBytes(hn::BitCast(d8, words), table));
   };
@@ -152,7 +160,7 @@ void bilinear4_bytes(const std::uint8_t* patch, std::int32_t pitch, const Places
     const auto zero = hn::Zero(d8);
     const auto top = hn::BitCast(d16, hn::InterleaveLower(d8, texels, zero)),
                bottom = hn::BitCast(d16, hn::InterleaveUpper(d8, texels, zero));
-    return mix(hn::ShiftLeft<log2_one>(top), hn::ShiftLeft<log2_one>(bottom), f);
+    return mix_fixed(hn::ShiftLeft<log2_one>(top), hn::ShiftLeft<log2_one>(bottom), f);
   };
   for (int i = 0; i < count; i += 8) {
     const auto x = hn::LoadDup128(d16, places.x15 + i), y = hn::LoadDup128(d16, places.y15 + i);
@@ -163,7 +171,8 @@ void bilinear4_bytes(const std::uint8_t* patch, std::int32_t pitch, const Places
       const auto b = hn::BitCast(d64, down(texels_of(patch, pitch_bytes, at + 1), word(y, table(word_of_pixel.odd))));
       const auto left = hn::BitCast(d16, hn::InterleaveLower(d64, a, b)),
                  right = hn::BitCast(d16, hn::InterleaveUpper(d64, a, b));
-      hn::StoreU(mix(left, right, word(x, table(word_of_pixel.both))), d16, out + 4 * (i + 2 * static_cast<int>(k)));
+      hn::StoreU(mix_fixed(left, right, word(x, table(word_of_pixel.both))), d16,
+                 out + 4 * (i + 2 * static_cast<int>(k)));
     }
   }
 }
@@ -188,7 +197,6 @@ void bilinear1_bytes(const std::uint8_t* patch, std::int32_t pitch, const Places
   const hn::CappedTag<std::int16_t, row_px> d;
   const hn::Repartition<std::uint16_t, decltype(d)> du;
   const hn::Repartition<std::uint8_t, decltype(d)> d8;
-  const auto mix = [&](auto a, auto b, auto f) { return hn::Add(a, hn::MulFixedPoint15(hn::Sub(b, a), f)); };
   constexpr int log2_one = 7;
   for (int i = 0; i < count; i += static_cast<int>(hn::Lanes(d))) {
     // The byte to the left is the lower one of a word
@@ -199,7 +207,8 @@ void bilinear1_bytes(const std::uint8_t* patch, std::int32_t pitch, const Places
     };
     const auto right = [&](auto words) { return hn::BitCast(d, hn::ShiftLeft<log2_one>(hn::ShiftRight<8>(words))); };
     const auto y = hn::Load(d, places.y15 + i), x = hn::Load(d, places.x15 + i);
-    hn::StoreU(mix(mix(left(top), left(bottom), y), mix(right(top), right(bottom), y), x), d, out + i);
+    hn::StoreU(mix_fixed(mix_fixed(left(top), left(bottom), y), mix_fixed(right(top), right(bottom), y), x), d,
+               out + i);
   }
 }
 
@@ -213,11 +222,6 @@ HWY_INLINE hn::Vec<D> load_float(D d, const T* from) {
     const hn::Rebind<std::int32_t, D> di;
     return hn::ConvertTo(d, hn::PromoteTo(di, hn::LoadU(hn::Rebind<T, D>(), from)));
   }
-}
-
-template <class V>
-HWY_INLINE V mix_float(V a, V b, V f) {
-  return hn::Add(a, hn::Mul(hn::Sub(b, a), f));
 }
 
 template <class T>
@@ -293,6 +297,20 @@ void cubic1(const T* patch, std::int32_t pitch, const Places& places, int count,
   }
 }
 
+// ---- levels
+
+void blend_fixed(const std::int16_t* coarse, const std::int16_t* shares, int count, std::int16_t* values) {
+  const hn::CappedTag<std::int16_t, row_px> d;
+  for (int i = 0; i < count; i += static_cast<int>(hn::Lanes(d)))
+    hn::StoreU(mix_fixed(hn::LoadU(d, values + i), hn::LoadU(d, coarse + i), hn::LoadU(d, shares + i)), d, values + i);
+}
+void blend(const float* coarse, const float* shares, int count, float* values) {
+  blend_values(coarse, shares, count, values);
+}
+
+void add_fixed(const std::int16_t* values, int count, std::int32_t* sums) { add_values(values, count, sums); }
+void add(const float* values, int count, float* sums) { add_values(values, count, sums); }
+
 // ---- texels in and out
 
 template <class T>
@@ -340,6 +358,10 @@ const Kernels* table() {
       {bilinear4<std::uint16_t>, bilinear1<std::uint16_t>, cubic4<std::uint16_t>, cubic1<std::uint16_t>,
        round<std::uint16_t>},
       {bilinear4<float>, bilinear1<float>, cubic4<float>, cubic1<float>, round<float>},
+      blend_fixed,
+      blend,
+      add_fixed,
+      add,
       round_fixed,
       round_sums,
       widen3,

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <span>
 
 #include "nadir/tile/map_description.h"
@@ -22,13 +23,18 @@ struct LevelBlend {
   /// everywhere, 0 takes the nearer level.
   double band = 1;
 
-  static constexpr int one = 1 << 15;  // in which shares are counted
   struct Choice {
-    int finer = 0;    // level
-    int coarser = 0;  // share of the level after it, of `one`; less than `one`
+    int finer = 0;       // level
+    double coarser = 0;  // share of the level after it, less than 1
   };
   /// For a level coordinate of 0 or more.
-  Choice operator()(double coordinate) const;
+  Choice operator()(double coordinate) const {
+    const int level = static_cast<int>(coordinate);
+    const double from_half = coordinate - level - 0.5;
+    if (band == 0) return {level + (from_half >= 0), 0};
+    const double share = std::max(from_half / band + 0.5, 0.0);
+    return share < 1 ? Choice{level, share} : Choice{level + 1, 0};
+  }
 };
 
 /// How a pixel's footprint is averaged: a grid of bilinear samples, each from the level whose texels it spans.
