@@ -184,5 +184,67 @@ TEST(SampleBlock, ReadsOneLevelOutsideTheBandAndTwoWithin) {
   EXPECT_EQ(at(0, 32), 20);
 }
 
+/// Waves of all directions, whose amplitude falls with frequency as that of photographs does. Their mean over a square
+/// is known.
+class Waves {
+ public:
+  Waves() {
+    std::mt19937 random(1);
+    for (int i = 0; i < 400; ++i) {
+      const auto uniform = [&](double low, double high) { return low + (high - low) * random() * 0x1p-32; };
+      const double frequency = std::exp2(uniform(-6, 1)), angle = uniform(0, 6.3);  // a texel
+      waves_.push_back({frequency * std::cos(angle), frequency * std::sin(angle), uniform(0, 6.3), 1 / frequency});
+    }
+  }
+  /// Over a square of `side` around a place, texels.
+  double mean(double x, double y, double side) const {
+    double sum = 0;
+    for (const Wave& w : waves_)
+      sum += w.amplitude * std::sin(two_pi * (w.x * x + w.y * y) + w.phase) * sinc(w.x * side) * sinc(w.y * side);
+    return sum;
+  }
+
+ private:
+  static constexpr double two_pi = 6.283185307179586;
+  struct Wave {
+    double x, y, phase, amplitude;
+  };
+  static double sinc(double t) { return std::abs(t) < 1e-9 ? 1 : std::sin(two_pi / 2 * t) / (two_pi / 2 * t); }
+  std::vector<Wave> waves_;
+};
+
+TEST(Cubic, IsNearerToTheTruthThanBilinearAtOneToOneAndCloser) {
+  const Waves waves;
+  const test::LevelInMemory level(tile::SampleType::Float32, 1, 96, 96,
+                                  [&](int col, int row, int) { return waves.mean(col + 0.5, row + 0.5, 1); });
+  const std::array windows = {level.window()};
+  for (const double side : {1.0, 0.25}) {
+    BlockSampling block;
+    block.width = block.height = 48;
+    block.texel_from_image.topLeftCorner<2, 2>() *= side;
+    block.texel_from_image(2, 0) = 1e-3;  // all fractions occur
+    block.texel_origin = {20.3, 21.7};
+    block.map_width = block.map_height = 96;
+    block.inside = true;
+    block.levels = windows;
+    const auto error_of = [&](Interpolation interpolation) {
+      block.interpolation = interpolation;
+      const auto pixels = test::sample(best_kernels(), block, {tile::SampleType::Float32, 1});
+      const auto* samples = reinterpret_cast<const float*>(pixels.samples.data());
+      double sum = 0;
+      for (int y = 0; y < block.height; ++y)
+        for (int x = 0; x < block.width; ++x) {
+          const Eigen::Vector2d at = block.texel_origin + apply(block.texel_from_image, {x + 0.5, y + 0.5});
+          const double error = samples[y * (block.width + 3) + x] - waves.mean(at.x(), at.y(), side);
+          sum += error * error;
+        }
+      return std::sqrt(sum / (block.width * block.height));
+    };
+    const double gain_db = 20 * std::log10(error_of(Interpolation::Bilinear) / error_of(Interpolation::Cubic));
+    std::printf("%.2f texels a pixel: cubic gains %.2f dB\n", side, gain_db);
+    EXPECT_GT(gain_db, 0.5);
+  }
+}
+
 }  // namespace
 }  // namespace nadir::render

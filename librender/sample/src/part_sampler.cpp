@@ -407,11 +407,18 @@ void PartSampler<T, Value>::write(const Row& row) {
         for (int b = 0; b < here; ++b) out[bands * i + band + b] = texels[4 * i + b];
     }
   }
+  write_decibel(row);
+}
+
+/// From power, where that is what cells hold of decibels.
+template <class T, class Value>
+void PartSampler<T, Value>::write_decibel(const Row& row) {
   if constexpr (std::is_same_v<T, float>) {
     if (!decibel_) return;
+    T* out = pixel(row);
     for (int i = 0; i < row.count; ++i)
       if (valid_[i])
-        for (int b = bands * i; b < bands * (i + 1); ++b) out[b] = 10.0f * std::log10(out[b]);
+        for (int b = layout_.bands * i; b < layout_.bands * (i + 1); ++b) out[b] = 10.0f * std::log10(out[b]);
   }
 }
 
@@ -422,17 +429,22 @@ void PartSampler<T, Value>::take_nearest(const Row& row) {
   for (const Segment& segment : segments_) {
     place(segment, segment.level, scratch_.fine_places);
     const TexelPatch<T>& patch = scratch_.patches[static_cast<std::size_t>(segment.level)];
-    const int group = layout_.validity_group(), channels = layout_.channels_of(group);
-    for (int i = segment.first; i < segment.end; ++i) {
-      const int at = scratch_.fine_places.at[i - segment.first];
-      if (patch.masked()) valid_[i] = valid_[i] && patch.group(group)[channels * at + layout_.validity_channel] != T{};
-      T* out = pixel(row) + layout_.bands * i;
-      for (int b = 0; b < layout_.bands; ++b)
-        out[b] = valid_[i] ? patch.group(b / layout_.channels)[layout_.channels * at + b % layout_.channels] : T{};
-      if constexpr (std::is_same_v<T, float>)
-        for (int b = 0; b < layout_.bands && decibel_ && valid_[i]; ++b) out[b] = 10.0f * std::log10(out[b]);
+    const int* at = scratch_.fine_places.at - segment.first;
+    if (patch.masked()) {
+      const int channels = layout_.channels_of(layout_.validity_group());
+      const T* texels = patch.group(layout_.validity_group()) + layout_.validity_channel;
+      for (int i = segment.first; i < segment.end; ++i) valid_[i] = valid_[i] && texels[channels * at[i]] != T{};
+    }
+    for (int group = 0, band = 0; group < layout_.groups; ++group, band += layout_.channels) {
+      const int here = std::min(layout_.channels, layout_.bands - band);
+      T* out = pixel(row) + band;
+      for (int i = segment.first; i < segment.end; ++i) {
+        const T* texel = patch.group(group) + layout_.channels * at[i];
+        for (int b = 0; b < here; ++b) out[layout_.bands * i + b] = valid_[i] ? texel[b] : T{};
+      }
     }
   }
+  write_decibel(row);
   std::copy_n(valid_, row.count, validity_ + static_cast<std::size_t>(row.y) * stride_px_ + row.x);
 }
 

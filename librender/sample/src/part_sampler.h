@@ -79,6 +79,7 @@ class PartSampler {
   void finish(const Row& row);
   void normalise(const Row& row);
   void write(const Row& row);
+  void write_decibel(const Row& row);
   void take_nearest(const Row& row);
 
   T* pixel(const Row& row) const;

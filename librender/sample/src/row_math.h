@@ -12,19 +12,21 @@ namespace nadir::render {
 // Loops that compilers make vectors of: always inline, so that each set of kernels has them for its instructions.
 
 /// Parameter of Keys' cubic convolution. Source: Keys, Cubic Convolution Interpolation for Digital Image Processing,
-/// 1981, equation 4: the one whose error is of third order.
+/// 1981, equation 15: the one whose error is of third order.
 inline constexpr float cubic_a = -0.5f;
 
-/// Weights of the four texels around a place, `f` of the way from the second to the third.
+/// Of a row of places, the weights of the four texels around each, `f` of the way from the second to the third.
 struct CubicWeights {
-  [[gnu::always_inline]] explicit CubicWeights(float f) {
-    const float g = 1 - f;
-    w[0] = cubic_a * f * g * g;
-    w[1] = ((cubic_a + 2) * f - (cubic_a + 3)) * f * f + 1;
-    w[2] = ((cubic_a + 2) * g - (cubic_a + 3)) * g * g + 1;
-    w[3] = cubic_a * g * f * f;
+  [[gnu::always_inline]] CubicWeights(const float* fractions, int count) {
+    for (int i = 0; i < count; ++i) {
+      const float f = fractions[i], g = 1 - f;
+      w[0][i] = cubic_a * f * g * g;
+      w[1][i] = ((cubic_a + 2) * f - (cubic_a + 3)) * f * f + 1;
+      w[2][i] = ((cubic_a + 2) * g - (cubic_a + 3)) * g * g + 1;
+      w[3][i] = cubic_a * g * f * f;
+    }
   }
-  float w[4];
+  alignas(64) float w[4][row_px];
 };
 
 [[gnu::always_inline]] inline float lerp(float a, float b, float f) { return a + (b - a) * f; }

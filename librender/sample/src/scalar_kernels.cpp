@@ -65,19 +65,19 @@ void bilinear(const T* patch, std::int32_t pitch, const Places& places, int coun
 
 template <class T, int Channels>
 void cubic(const T* patch, std::int32_t pitch, const Places& places, int count, float* out) {
+  const CubicWeights across(places.x, count), down(places.y, count);
   for (int i = 0; i < count; ++i) {
-    const CubicWeights across(places.x[i]), down(places.y[i]);
     const T* first = patch + (static_cast<std::ptrdiff_t>(places.at[i]) - pitch - 1) * Channels;
     for (int c = 0; c < Channels; ++c) {
       float sum = 0;
       for (int col = 0; col < 4; ++col) {
         float column = 0;
         for (int row = 0; row < 4; ++row) {
-          const float term =
-              down.w[row] * static_cast<float>(first[(static_cast<std::ptrdiff_t>(row) * pitch + col) * Channels + c]);
+          const float term = down.w[row][i] *
+                             static_cast<float>(first[(static_cast<std::ptrdiff_t>(row) * pitch + col) * Channels + c]);
           column = row == 0 ? term : column + term;
         }
-        const float term = column * across.w[col];
+        const float term = column * across.w[col][i];
         sum = col == 0 ? term : sum + term;
       }
       out[Channels * i + c] = sum;

@@ -258,16 +258,17 @@ void bilinear1(const T* patch, std::int32_t pitch, const Places& places, int cou
 template <class T>
 void cubic4(const T* patch, std::int32_t pitch, const Places& places, int count, float* out) {
   const hn::FixedTag<float, 4> d;
+  const CubicWeights across(places.x, count), down(places.y, count);
   for (int i = 0; i < count; ++i) {
-    const CubicWeights across(places.x[i]), down(places.y[i]);
     const std::ptrdiff_t row = 4 * static_cast<std::ptrdiff_t>(pitch);
     const T* first = patch + 4 * static_cast<std::ptrdiff_t>(places.at[i]) - row - 4;
     const auto columns = [&](auto tag, const T* from) {
-      auto sum = hn::Mul(hn::Set(tag, down.w[0]), load_float(tag, from));
-      for (int j = 1; j < 4; ++j) sum = hn::Add(sum, hn::Mul(hn::Set(tag, down.w[j]), load_float(tag, from + j * row)));
+      auto sum = hn::Mul(hn::Set(tag, down.w[0][i]), load_float(tag, from));
+      for (int j = 1; j < 4; ++j)
+        sum = hn::Add(sum, hn::Mul(hn::Set(tag, down.w[j][i]), load_float(tag, from + j * row)));
       return sum;
     };
-    const auto times = [&](auto column, int j) { return hn::Mul(column, hn::Set(d, across.w[j])); };
+    const auto times = [&](auto column, int j) { return hn::Mul(column, hn::Set(d, across.w[j][i])); };
 #if HWY_MAX_BYTES >= 32
     const hn::FixedTag<float, 8> two;
     const auto ab = columns(two, first), ce = columns(two, first + 8);
@@ -284,16 +285,21 @@ void cubic4(const T* patch, std::int32_t pitch, const Places& places, int count,
 
 template <class T>
 void cubic1(const T* patch, std::int32_t pitch, const Places& places, int count, float* out) {
+  const CubicWeights across(places.x, count), down(places.y, count);
   const hn::FixedTag<float, 4> d;
-  alignas(16) float columns[4];
+  alignas(16) float columns[4 * row_px];
   for (int i = 0; i < count; ++i) {
-    const CubicWeights across(places.x[i]), down(places.y[i]);
     const T* first = patch + static_cast<std::ptrdiff_t>(places.at[i]) - pitch - 1;
-    auto sum = hn::Mul(hn::Set(d, down.w[0]), load_float(d, first));
+    auto sum = hn::Mul(hn::Set(d, down.w[0][i]), load_float(d, first));
     for (int j = 1; j < 4; ++j)
-      sum = hn::Add(sum, hn::Mul(hn::Set(d, down.w[j]), load_float(d, first + static_cast<std::ptrdiff_t>(j) * pitch)));
-    hn::Store(hn::Mul(sum, hn::LoadU(d, across.w)), d, columns);
-    out[i] = columns[0] + columns[1] + columns[2] + columns[3];
+      sum = hn::Add(sum,
+                    hn::Mul(hn::Set(d, down.w[j][i]), load_float(d, first + static_cast<std::ptrdiff_t>(j) * pitch)));
+    hn::Store(sum, d, columns + 4 * i);
+  }
+  for (int i = 0; i < count; ++i) {
+    const float* column = columns + 4 * i;
+    out[i] = column[0] * across.w[0][i] + column[1] * across.w[1][i] + column[2] * across.w[2][i] +
+             column[3] * across.w[3][i];
   }
 }
 
