@@ -131,11 +131,12 @@ TEST_P(CoordinateMap, RendersTheProjectionWithinTheBound) {
 
   for (const double height_m : {250.0, 2600.0})
     for (const auto& attitude : attitudes) {
+      const Filter filter = height_m == 250.0 && attitude[0] == 20 ? Filter::Bicubic : Filter::Bilinear;
       const auto place = geodesy::Geodetic::degrees(c.lat_deg, c.lon_deg, height_m);
       const auto pose = camera_pose(place, geodesy::YawPitchRoll::degrees(attitude[0], attitude[1], attitude[2]));
       // One sample a pixel of a linear function is exact: what differs is geometry.
       const Frame frame =
-          renderer.render(scene, camera, pose, {.filter = Filter::Bilinear, .geometry_tolerance_px = 0.05}).value();
+          renderer.render(scene, camera, pose, {.filter = filter, .geometry_tolerance_px = 0.05}).value();
       const auto pixels = frame.pixels<float>();
       double worst_px = 0;
       std::int64_t compared = 0;
@@ -144,8 +145,8 @@ TEST_P(CoordinateMap, RendersTheProjectionWithinTheBound) {
           const std::size_t i = static_cast<std::size_t>(y * width + x);
           if (!frame.layer().validity[i]) continue;
           const Eigen::Vector2d expected = texel_by_hand(c, attitude, height_m, x + 0.5, y + 0.5);
-          if ((expected.array() < 1).any() || (expected.array() > 999).any())
-            continue;  // bilinear is flat at the map's edge
+          if ((expected.array() < 2).any() || (expected.array() > 998).any())
+            continue;  // samples flatten towards the map's edge
           Eigen::Matrix2d j;
           j.col(0) =
               texel_by_hand(c, attitude, height_m, x + 1, y + 0.5) - texel_by_hand(c, attitude, height_m, x, y + 0.5);

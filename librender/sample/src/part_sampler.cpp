@@ -22,11 +22,12 @@ PartSampler<T, Value>::PartSampler(const Kernels& kernels, const BlockSampling& 
       one_sample_(block.samples_x * block.samples_y == 1),
       blend_(block.interpolation == Interpolation::Nearest ? LevelBlend{0} : block.level_blend),
       scratch_(scratch) {
-  if (scratch.patches.size() < block.levels.size()) scratch.patches.resize(block.levels.size());
   const std::size_t room = (static_cast<std::size_t>(layout_.groups) + 1) * row_room_px * 4;
   const auto grow = [](auto& values, std::size_t size) {
     if (values.size() < size) values.resize(size);
   };
+  grow(scratch.patches, block.levels.size());
+  grow(scratch.frames, block.levels.size());
   grow(all_values(), room);
   grow(coarse_values(), row_room_px * 4);
   if (!one_sample_) grow(all_sums(), room);
@@ -157,11 +158,22 @@ bool PartSampler<T, Value>::make_patches(const Eigen::AlignedBox2d& bounds, cons
     const double texel_bytes = static_cast<double>(layout_.texel_samples() * sizeof(T));
     const double most = std::max(std::min(most_patch_bytes / texel_bytes, 8.0 * static_cast<double>(samples)), always);
     if (cols * rows > most || std::max(cols, rows) > most_patch_side) return false;
-    scratch_.patches[static_cast<std::size_t>(k)].fill(
-        kernels_, window, layout_,
-        {static_cast<std::int64_t>(first(low.x(), window.texels_x)),
-         static_cast<std::int64_t>(first(low.y(), window.texels_y)), static_cast<int>(cols), static_cast<int>(rows)});
-    masked_ = masked_ || scratch_.patches[static_cast<std::size_t>(k)].masked();
+    const TexelRect rect{static_cast<std::int64_t>(first(low.x(), window.texels_x)),
+                         static_cast<std::int64_t>(first(low.y(), window.texels_y)), static_cast<int>(cols),
+                         static_cast<int>(rows)};
+    TexelPatch<T>& patch = scratch_.patches[static_cast<std::size_t>(k)];
+    patch.fill(kernels_, window, layout_, rect);
+    masked_ = masked_ || patch.masked();
+
+    PatchFrame& frame = scratch_.frames[static_cast<std::size_t>(k)];
+    frame.scale_x = 1 / window.texels_x;
+    frame.scale_y = 1 / window.texels_y;
+    frame.offset_x = at.x() * frame.scale_x - static_cast<double>(rect.col) - half;
+    frame.offset_y = at.y() * frame.scale_y - static_cast<double>(rect.row) - half;
+    frame.low = reach;
+    frame.high_x = rect.cols - 2 - reach;
+    frame.high_y = rect.rows - 2 - reach;
+    frame.pitch = rect.cols;
   }
   return true;
 }
@@ -228,23 +240,10 @@ void PartSampler<T, Value>::start(const Row& row) {
 
 template <class T, class Value>
 void PartSampler<T, Value>::place(const Segment& segment, int level, Places& places) const {
-  const LevelWindow& window = block_.levels[static_cast<std::size_t>(level)];
-  const TexelRect& rect = scratch_.patches[static_cast<std::size_t>(level)].rect();
-  const Eigen::Vector2d at = geometry_.origin();
-  const bool nearest = block_.interpolation == Interpolation::Nearest;
-  const double half = nearest ? 0 : 0.5;
-  const int reach = block_.interpolation == Interpolation::Cubic ? 1 : 0;
-  PatchFrame frame;
-  frame.scale_x = 1 / window.texels_x;
-  frame.scale_y = 1 / window.texels_y;
-  frame.offset_x = at.x() * frame.scale_x - static_cast<double>(rect.col) - half;
-  frame.offset_y = at.y() * frame.scale_y - static_cast<double>(rect.row) - half;
-  frame.low = reach;
-  frame.high_x = rect.cols - 2 - reach;
-  frame.high_y = rect.rows - 2 - reach;
-  frame.pitch = rect.cols;
-  (fixed && !nearest ? kernels_.place_fixed : kernels_.place)(scratch_.u + segment.first, scratch_.v + segment.first,
-                                                              frame, segment.end - segment.first, places);
+  const bool in_fixed = fixed && block_.interpolation != Interpolation::Nearest;
+  (in_fixed ? kernels_.place_fixed : kernels_.place)(scratch_.u + segment.first, scratch_.v + segment.first,
+                                                     scratch_.frames[static_cast<std::size_t>(level)],
+                                                     segment.end - segment.first, places);
 }
 
 template <class T, class Value>

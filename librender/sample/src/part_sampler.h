@@ -21,6 +21,7 @@ inline constexpr std::size_t row_room_px = row_px + 32;
 template <class T>
 struct Scratch {
   std::vector<TexelPatch<T>> patches;  // of the block's levels
+  std::vector<PatchFrame> frames;
   Places fine_places, coarse_places;
   alignas(64) double u[row_room_px] = {}, v[row_room_px] = {};
   std::vector<std::int16_t> fixed_values, fixed_coarse;

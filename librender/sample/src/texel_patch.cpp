@@ -10,11 +10,16 @@ namespace {
 
 using tile::cell_apron, tile::cell_size, tile::cell_stride;
 
-/// A run of columns, and the cell of the window's first row that holds them.
+/// A run of columns, and the cell of the window's first row that holds them. What lies outside of the window is rounded
+/// up to, never sampled: any cell will do.
 struct CellRun {
   int to, count;
   std::size_t cell, from;  // column in it, apron counted
 };
+
+std::size_t stored_columns(const LevelWindow& window) {
+  return window.around ? window.columns.size() : static_cast<std::size_t>(window.cols);
+}
 
 std::vector<CellRun> runs_of(const LevelWindow& window, const TexelRect& rect) {
   std::vector<CellRun> runs;
@@ -23,7 +28,8 @@ std::vector<CellRun> runs_of(const LevelWindow& window, const TexelRect& rect) {
     const std::ptrdiff_t cell =
         window.around ? std::find(window.columns.begin(), window.columns.end(), col) - window.columns.begin()
                       : col - window.first_col;
-    runs.push_back({run.to, run.count, static_cast<std::size_t>(cell),
+    const auto last = static_cast<std::ptrdiff_t>(stored_columns(window)) - 1;
+    runs.push_back({run.to, run.count, static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(cell, 0, last)),
                     static_cast<std::size_t>(run.first % cell_size + cell_apron)});
   });
   return runs;
@@ -54,10 +60,10 @@ void TexelPatch<T>::fill(const Kernels& kernels, const LevelWindow& window, cons
   }
 
   const auto runs = runs_of(window, rect);
-  const std::size_t stride = window.around ? window.columns.size() : static_cast<std::size_t>(window.cols);
+  const std::size_t stride = stored_columns(window);
   for (int y = 0; y < rect.rows; ++y) {
     const auto row = static_cast<std::int32_t>(std::clamp<std::int64_t>(rect.row + y, 0, window.height - 1));
-    const std::size_t cell_row = static_cast<std::size_t>(row / cell_size - window.first_row);
+    const auto cell_row = static_cast<std::size_t>(std::clamp(row / cell_size - window.first_row, 0, window.rows - 1));
     const std::size_t in_cell = static_cast<std::size_t>(row % cell_size + cell_apron) * cell_stride;
     const std::size_t first = static_cast<std::size_t>(y) * static_cast<std::size_t>(rect.cols);
     for (const CellRun& run : runs)

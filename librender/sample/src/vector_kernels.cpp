@@ -24,20 +24,35 @@ namespace {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-void project(const RowPath& path, double first, int count, double* u, double* v) {
+/// The steps of the definition, but for those that change no bit where a row is not `Curved`, or not `Rational`.
+template <bool Curved, bool Rational>
+void project_row(const RowPath& path, double first, int count, double* u, double* v) {
   const hn::CappedTag<double, row_px> d;
   const auto from = hn::Set(d, first), one = hn::Set(d, 1);
   const auto u0 = hn::Set(d, path.u0), u1 = hn::Set(d, path.u1), u2 = hn::Set(d, path.u2);
   const auto v0 = hn::Set(d, path.v0), v1 = hn::Set(d, path.v1), v2 = hn::Set(d, path.v2);
-  const auto w0 = hn::Set(d, path.w0), w1 = hn::Set(d, path.w1);
+  const auto w0 = hn::Set(d, path.w0), w1 = hn::Set(d, path.w1), over_w0 = hn::Div(one, w0);
+  const auto polynomial = [](auto x, auto a, auto b, auto c) {
+    if constexpr (Curved)
+      return hn::Add(a, hn::Mul(x, hn::Add(b, hn::Mul(x, c))));
+    else
+      return hn::Add(a, hn::Mul(x, b));
+  };
   auto index = hn::Iota(d, 0.0);
   for (std::size_t i = 0; i < static_cast<std::size_t>(count); i += hn::Lanes(d)) {
     const auto x = hn::Add(from, index);
-    const auto over_w = hn::Div(one, hn::Add(w0, hn::Mul(x, w1)));
-    hn::Store(hn::Mul(hn::Add(u0, hn::Mul(x, hn::Add(u1, hn::Mul(x, u2)))), over_w), d, u + i);
-    hn::Store(hn::Mul(hn::Add(v0, hn::Mul(x, hn::Add(v1, hn::Mul(x, v2)))), over_w), d, v + i);
+    const auto over_w = Rational ? hn::Div(one, hn::Add(w0, hn::Mul(x, w1))) : over_w0;
+    hn::Store(hn::Mul(polynomial(x, u0, u1, u2), over_w), d, u + i);
+    hn::Store(hn::Mul(polynomial(x, v0, v1, v2), over_w), d, v + i);
     index = hn::Add(index, hn::Set(d, static_cast<double>(hn::Lanes(d))));
   }
+}
+void project(const RowPath& path, double first, int count, double* u, double* v) {
+  const bool curved = path.u2 != 0 || path.v2 != 0, rational = path.w1 != 0;
+  if (curved)
+    rational ? project_row<true, true>(path, first, count, u, v) : project_row<true, false>(path, first, count, u, v);
+  else
+    rational ? project_row<false, true>(path, first, count, u, v) : project_row<false, false>(path, first, count, u, v);
 }
 
 /// Texels of a patch, in whole vectors up to a multiple of 8 pixels: those beyond the row lie within the patch too.
