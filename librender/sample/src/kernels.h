@@ -15,7 +15,7 @@ inline constexpr int row_px = 64;
 /// and all differences fit 16 bits. Of all other types: float.
 template <class T>
 using Bilinear = std::conditional_t<std::is_same_v<T, std::uint8_t>, std::int16_t, float>;
-inline constexpr int fixed_one = 128;
+inline constexpr int fixed_one_log2 = 7, fixed_one = 1 << fixed_one_log2;
 
 /// Fractions of 15 bits, in products rounded to nearest, ties up: (a * b + 2^14) / 2^15.
 inline constexpr int fraction_bits = 15;

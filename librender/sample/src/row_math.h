@@ -60,7 +60,7 @@ template <class T>
 }
 
 [[gnu::always_inline]] inline void round_fixed_values(const std::int16_t* values, int count, std::uint8_t* out) {
-  for (int i = 0; i < count; ++i) out[i] = static_cast<std::uint8_t>((values[i] + fixed_one / 2) / fixed_one);
+  for (int i = 0; i < count; ++i) out[i] = static_cast<std::uint8_t>((values[i] + fixed_one / 2) >> fixed_one_log2);
 }
 
 [[gnu::always_inline]] inline void round_fixed_sums(const std::int32_t* sums, int count, float scale,

@@ -5,6 +5,7 @@
 #define HWY_TARGET_INCLUDE "vector_kernels.cpp"
 
 #include <cstring>
+#include <limits>
 
 #include "kernels.h"
 #include "row_math.h"
@@ -166,8 +167,6 @@ void bilinear4_bytes(const std::uint8_t* patch, std::int32_t pitch, const Places
   const hn::Repartition<std::int16_t, Bytes> d16;
   const hn::Repartition<std::uint64_t, Bytes> d64;
   const std::size_t pitch_bytes = 4 * static_cast<std::size_t>(pitch);
-  constexpr int log2_one = 7;
-  static_assert(1 << log2_one == fixed_one);
   const auto word = [&](auto words, auto table) {
     return hn::BitCast(d16, hn::TableLookupBytes(hn::BitCast(d8, words), table));
   };
@@ -175,7 +174,7 @@ void bilinear4_bytes(const std::uint8_t* patch, std::int32_t pitch, const Places
     const auto zero = hn::Zero(d8);
     const auto top = hn::BitCast(d16, hn::InterleaveLower(d8, texels, zero)),
                bottom = hn::BitCast(d16, hn::InterleaveUpper(d8, texels, zero));
-    return mix_fixed(hn::ShiftLeft<log2_one>(top), hn::ShiftLeft<log2_one>(bottom), f);
+    return mix_fixed(hn::ShiftLeft<fixed_one_log2>(top), hn::ShiftLeft<fixed_one_log2>(bottom), f);
   };
   for (int i = 0; i < count; i += 8) {
     const auto x = hn::LoadDup128(d16, places.x15 + i), y = hn::LoadDup128(d16, places.y15 + i);
@@ -212,15 +211,16 @@ void bilinear1_bytes(const std::uint8_t* patch, std::int32_t pitch, const Places
   const hn::CappedTag<std::int16_t, row_px> d;
   const hn::Repartition<std::uint16_t, decltype(d)> du;
   const hn::Repartition<std::uint8_t, decltype(d)> d8;
-  constexpr int log2_one = 7;
   for (int i = 0; i < count; i += static_cast<int>(hn::Lanes(d))) {
     // The byte to the left is the lower one of a word
     const auto top = hn::BitCast(du, hn::Load(d8, staged.top + 2 * i)),
                bottom = hn::BitCast(du, hn::Load(d8, staged.bottom + 2 * i));
     const auto left = [&](auto words) {
-      return hn::BitCast(d, hn::ShiftLeft<log2_one>(hn::And(words, hn::Set(du, 0xff))));
+      return hn::BitCast(d, hn::ShiftLeft<fixed_one_log2>(hn::And(words, hn::Set(du, 0xff))));
     };
-    const auto right = [&](auto words) { return hn::BitCast(d, hn::ShiftLeft<log2_one>(hn::ShiftRight<8>(words))); };
+    const auto right = [&](auto words) {
+      return hn::BitCast(d, hn::ShiftLeft<fixed_one_log2>(hn::ShiftRight<8>(words)));
+    };
     const auto y = hn::Load(d, places.y15 + i), x = hn::Load(d, places.x15 + i);
     hn::StoreU(mix_fixed(mix_fixed(left(top), left(bottom), y), mix_fixed(right(top), right(bottom), y), x), d,
                out + i);
@@ -334,9 +334,24 @@ void add(const float* values, int count, float* sums) { add_values(values, count
 
 // ---- texels in and out
 
+/// Whole vectors, then the rest by the definition's loop.
 template <class T>
 void round(const float* values, int count, float scale, T* out) {
-  round_values(values, count, scale, out);
+  int i = 0;
+  if constexpr (!std::is_same_v<T, float>) {
+    constexpr float lowest = std::numeric_limits<T>::min(), highest = std::numeric_limits<T>::max();
+    const hn::CappedTag<float, row_px> d;
+    const hn::Rebind<std::int32_t, decltype(d)> di;
+    const hn::Rebind<T, decltype(d)> dt;
+    const auto low = hn::Set(d, lowest), high = hn::Set(d, highest), half = hn::Set(d, 0.5f), by = hn::Set(d, scale);
+    const auto low_whole = hn::Set(di, static_cast<std::int32_t>(lowest));
+    for (const int n = static_cast<int>(hn::Lanes(d)); i + n <= count; i += n) {
+      const auto held = hn::Min(hn::Max(hn::Mul(hn::LoadU(d, values + i), by), low), high);
+      const auto whole = hn::Add(hn::ConvertTo(di, hn::Add(hn::Sub(held, low), half)), low_whole);
+      hn::StoreU(hn::DemoteTo(dt, whole), dt, out + i);
+    }
+  }
+  round_values(values + i, count - i, scale, out + i);
 }
 void round_fixed(const std::int16_t* values, int count, std::uint8_t* out) { round_fixed_values(values, count, out); }
 void round_sums(const std::int32_t* sums, int count, float scale, std::uint8_t* out) {
@@ -359,9 +374,15 @@ void widen3(const std::uint8_t* texels, int count, std::uint8_t* out) {
 void narrow3(const std::uint8_t* texels, int count, std::uint8_t* out) {
   const hn::FixedTag<std::uint8_t, 16> d;
   const auto table = hn::Load(d, narrow);
+  const auto four = [&](int i) { return hn::TableLookupBytesOr0(hn::LoadU(d, texels + 4 * i), table); };
   int i = 0;
-  for (; i + 6 <= count; i += 4)  // writes five texels and a third
-    hn::StoreU(hn::TableLookupBytesOr0(hn::LoadU(d, texels + 4 * i), table), d, out + 3 * i);
+  for (; i + 6 <= count; i += 4) hn::StoreU(four(i), d, out + 3 * i);  // writes five texels and a third
+  if (i + 4 <= count) {
+    alignas(16) std::uint8_t last[16];
+    hn::Store(four(i), d, last);
+    std::memcpy(out + 3 * i, last, 12);
+    i += 4;
+  }
   scalar_kernels().narrow3(texels + 4 * i, count - i, out + 3 * i);
 }
 
