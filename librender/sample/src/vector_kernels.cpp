@@ -359,7 +359,20 @@ void round_sums(const std::int32_t* sums, int count, float scale, std::uint8_t* 
 }
 
 alignas(16) constexpr std::uint8_t wide[16] = {0, 1, 2, 0x80, 3, 4, 5, 0x80, 6, 7, 8, 0x80, 9, 10, 11, 0x80};
-alignas(16) constexpr std::uint8_t narrow[16] = {0, 1, 2, 4, 5, 6, 8, 9, 10, 12, 13, 14, 0x80, 0x80, 0x80, 0x80};
+
+/// Of the 48 bytes of 16 texels of three, in thirds: which byte of the first and of the second vector of four texels of
+/// four that hold a third, and 0x80 where it is in the other.
+struct Narrow {
+  constexpr Narrow() {
+    for (int byte = 0; byte < 48; ++byte) {
+      const int k = byte / 16, texel = byte / 3, vector = texel / 4;
+      first[k][byte % 16] = second[k][byte % 16] = 0x80;
+      (vector == k ? first : second)[k][byte % 16] = static_cast<std::uint8_t>(4 * (texel % 4) + byte % 3);
+    }
+  }
+  alignas(16) std::uint8_t first[3][16] = {}, second[3][16] = {};
+};
+constexpr Narrow narrow;
 
 void widen3(const std::uint8_t* texels, int count, std::uint8_t* out) {
   const hn::FixedTag<std::uint8_t, 16> d;
@@ -373,16 +386,14 @@ void widen3(const std::uint8_t* texels, int count, std::uint8_t* out) {
 
 void narrow3(const std::uint8_t* texels, int count, std::uint8_t* out) {
   const hn::FixedTag<std::uint8_t, 16> d;
-  const auto table = hn::Load(d, narrow);
-  const auto four = [&](int i) { return hn::TableLookupBytesOr0(hn::LoadU(d, texels + 4 * i), table); };
   int i = 0;
-  for (; i + 6 <= count; i += 4) hn::StoreU(four(i), d, out + 3 * i);  // writes five texels and a third
-  if (i + 4 <= count) {
-    alignas(16) std::uint8_t last[16];
-    hn::Store(four(i), d, last);
-    std::memcpy(out + 3 * i, last, 12);
-    i += 4;
-  }
+  for (; i + 16 <= count; i += 16)
+    for (int k = 0; k < 3; ++k) {  // each third of 48 bytes lies in two of four vectors
+      const auto of = [&](int vector, const std::uint8_t* bytes) {
+        return hn::TableLookupBytesOr0(hn::LoadU(d, texels + 4 * i + 16 * vector), hn::Load(d, bytes));
+      };
+      hn::StoreU(hn::Or(of(k, narrow.first[k]), of(k + 1, narrow.second[k])), d, out + 3 * i + 16 * k);
+    }
   scalar_kernels().narrow3(texels + 4 * i, count - i, out + 3 * i);
 }
 
