@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "nadir/render/layer_plan.h"
 #include "support/scene.h"
 #include "support/temporary_folder.h"
 
@@ -82,6 +83,25 @@ TEST_F(Levels, ALevelNotSampledIsNotRead) {
   // 128 pixels of 8 texels over cells of 128 at level 3: two by two cells around the middle, with their neighbours'
   // texels.
   EXPECT_LE(frame.counters().cells_loaded, 4);
+}
+
+TEST_F(Levels, OutsideOfTheBandOfBlendingABlockHasOneLevel) {
+  const auto source = tile::CellSource::make(*map, {}, tile::Domain::Linear).value();
+  const Eigen::Affine2d crs_from_texel = map->texel_from_crs().inverse();
+  for (int tenths = 1; tenths < 20; ++tenths) {
+    PatchMapping mapping;
+    Patch& patch = mapping.patches.emplace_back();
+    patch.kind = Patch::Kind::Homography;
+    patch.rect = {0, 0, 64, 64};
+    patch.crs_from_image.topLeftCorner<2, 2>() = crs_from_texel.linear() * std::exp2(tenths / 10.0);
+    patch.crs_origin = crs_from_texel * Eigen::Vector2d(1000, 1000);
+    const LayerPlan plan = plan_layer(mapping, *source, {.filter = Filter::Mip, .level_blend = 0.25});
+    ASSERT_EQ(plan.blocks.size(), 1u);
+    const auto& windows = plan.blocks[0].windows;
+    const bool blended = tenths % 10 > 3 && tenths % 10 < 7;  // within an eighth of the half-way point
+    EXPECT_EQ(windows.size(), blended ? 2u : 1u) << tenths;
+    EXPECT_EQ(windows[0].level, blended ? tenths / 10 : (tenths + 5) / 10) << tenths;
+  }
 }
 
 }  // namespace

@@ -95,7 +95,8 @@ struct RandomBlock {
     s.levels = map.windows;
 
     // Some blocks lie partly off the map, or wholly
-    const double scale = std::exp2(uniform(-2, 2.5));
+    const double scale =
+        std::exp2(uniform(-2, s.width * s.height < 50 ? 6 : 2.5));  // pixels that need many patches too
     Eigen::Matrix2d linear = scale * Eigen::Rotation2Dd(uniform(-3, 3)).toRotationMatrix();
     linear.col(0) *= uniform(0.5, 2);
     const Eigen::Vector2d extent = linear.cwiseAbs() * Eigen::Vector2d(s.width, s.height);

@@ -38,8 +38,11 @@ Eigen::AlignedBox2d BlockGeometry::bounds(const Part& part, const SampleSpan& sp
       for (int x = part.x; x < part.x + part.width; ++x)
         if (const Eigen::Vector2d& texel = given_at(x, y); texel.allFinite()) box.extend(texel);
     if (box.isEmpty()) return box;
-    const Eigen::Vector2d reach = (block_.jacobian.cwiseAbs() * (span.last - span.first)) / 2;
-    return {box.min() - reach, box.max() + reach};
+    Eigen::AlignedBox2d offsets;
+    for (const double x : {span.first.x(), span.last.x()})
+      for (const double y : {span.first.y(), span.last.y()})
+        offsets.extend(block_.jacobian * Eigen::Vector2d(x - 0.5, y - 0.5));
+    return {box.min() + offsets.min(), box.max() + offsets.max()};
   }
   const Eigen::Vector2d low = Eigen::Vector2d(part.x, part.y) + span.first;
   const Eigen::Vector2d high = Eigen::Vector2d(part.x + part.width - 1, part.y + part.height - 1) + span.last;
