@@ -16,7 +16,7 @@ inline constexpr int cell_size = 128;
 inline constexpr int cell_size_log2 = 7;
 static_assert(cell_size == 1 << cell_size_log2);
 
-/// Neighbouring texels on each side, so that bilinear sampling never looks into a second cell.
+/// Neighbouring texels on each side, so that bilinear sampling need not look into a second cell.
 inline constexpr int cell_apron = 1;
 inline constexpr int cell_stride = cell_size + 2 * cell_apron;
 inline constexpr std::size_t cell_area = static_cast<std::size_t>(cell_stride) * cell_stride;
@@ -30,9 +30,8 @@ struct ApronPart {
 /// The block of one level that the cache holds: cell (col, row) covers texels [128 col, 128 col + 128) by
 /// [128 row, 128 row + 128), with an apron. Beyond the level's edge the edge's texels are repeated.
 ///
-/// Loading fills what lies in the same stored tile. Apron parts that lie in another tile are filled when a frame
-/// samples there, by `fill_apron`: nothing else of a cell changes once it is loaded, and such a part is read only by
-/// those who saw that it is filled.
+/// Loading fills what lies in the same stored tile. Apron parts that lie in another tile are filled by `fill_apron`:
+/// nothing else of a cell changes once it is loaded, and such a part is read only by those who saw that it is filled.
 class Cell {
  public:
   Cell(SampleType type, int bands);
