@@ -114,7 +114,8 @@ void add_render_options(CLI::App& app, RenderArguments& a) {
       ->group("View");
 
   app.add_option("--quality", a.quality, "draft, balanced or best")->capture_default_str()->group("Rendering");
-  app.add_option("--filter", a.filter, "nearest, bilinear, bicubic, mip or reference (the quality's)")->group("Rendering");
+  app.add_option("--filter", a.filter, "nearest, bilinear, bicubic, mip or reference (the quality's)")
+      ->group("Rendering");
   app.add_option("--geometry-tolerance", a.geometry_tolerance_px, "largest geometric error in image pixels")
       ->capture_default_str()
       ->group("Rendering");
