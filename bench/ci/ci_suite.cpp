@@ -184,7 +184,7 @@ Result<WorkCounts> count_instructions(Quality quality, const fs::path& scratch) 
       !ok)
     return fail(ok);
   const std::string command = fmt::format(
-      "valgrind --tool=callgrind --callgrind-out-file=/dev/null '--toggle-collect=nadir::render::sample_block*' '{}' "
+      "valgrind --tool=callgrind --callgrind-out-file=/dev/null '--toggle-collect=nadir::render::sample_block(*unsigned long)' '{}' "
       "--map '{}' --bands 1,2,3 --camera '{}' --poses '{}' --quality {} --threads 1 --no-output >'{}' 2>&1",
       program.string(), (maps / "kampala.tif").string(), camera.string(), poses.string(), to_string(quality),
       said.string());
