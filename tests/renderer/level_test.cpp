@@ -35,7 +35,7 @@ TEST_F(Levels, FollowTheFootprintFromOneTexelToTheCoarsest) {
   // in levels.
   const Camera camera = test::square_camera(128, 200);
   for (const double texels : {0.5, 1.0, 1.41, 2.0, 3.0, 5.7, 8.0, 20.0}) {
-    const Frame frame = render(camera, test::over_centre(*map, 200 * texels), {.quality = Quality::balanced});
+    const Frame frame = render(camera, test::over_centre(*map, 200 * texels), {.oversampling = 1, .level_blend = 1});
     const double expected = std::max(0.0, std::log2(texels));
     for (const float value : frame.pixels<float>()) {
       if (!std::isfinite(value)) continue;  // off the map
@@ -44,7 +44,7 @@ TEST_F(Levels, FollowTheFootprintFromOneTexelToTheCoarsest) {
     const Frame draft = render(camera, test::over_centre(*map, 200 * texels), {.quality = Quality::draft});
     ASSERT_NEAR(draft.pixels<float>()[64 * 128 + 64], std::round(expected),
                 std::abs(expected - std::floor(expected) - 0.5) < 0.01 ? 1 : 1e-6);
-    const Frame best = render(camera, test::over_centre(*map, 200 * texels), {.quality = Quality::best});
+    const Frame best = render(camera, test::over_centre(*map, 200 * texels), {.oversampling = 2, .level_blend = 1});
     ASSERT_NEAR(best.pixels<float>()[64 * 128 + 64], std::max(0.0, expected - 1), 5e-3)
         << "two samples across halve what each stands for";
   }
@@ -56,7 +56,7 @@ TEST_F(Levels, ObliqueViewsShowNoSeam) {
   place.height_m = 900;
   for (const double pitch : {45.0, 60.0}) {
     const Frame frame = render(camera, camera_pose(place, geodesy::YawPitchRoll::degrees(30, pitch, 10)),
-                               {.quality = Quality::balanced});
+                               {.oversampling = 1, .level_blend = 1});
     const auto pixels = frame.pixels<float>();
     double largest_step = 0, highest = 0;
     for (int y = 0; y + 1 < 512; ++y)

@@ -95,6 +95,8 @@ SharedMappings share_mappings(const Scene& scene, const ExactChain& chain, doubl
 Sampling sampling_of(const Layer& layer, const RenderOptions& options) {
   Sampling sampling = sampling_for(options.quality);
   if (options.filter) sampling.filter = *options.filter;
+  if (options.oversampling) sampling.oversampling = *options.oversampling;
+  if (options.level_blend) sampling.level_blend = *options.level_blend;
   if (layer.options.role == tile::Role::Labels) sampling.filter = Filter::Nearest;
   return sampling;
 }
@@ -144,6 +146,12 @@ Result<void> check_options(const RenderOptions& options) {
   if (!(options.geometry_tolerance_px > 0 && options.geometry_tolerance_px <= 1))
     return fail(Error::Kind::Malformed, fmt::format("geometry tolerance: expected image pixels in (0, 1], found {}",
                                                     options.geometry_tolerance_px));
+  if (options.oversampling && !(*options.oversampling >= 0.5 && *options.oversampling <= 16))
+    return fail(Error::Kind::Malformed,
+                fmt::format("oversampling: expected 0.5 to 16 samples across, found {}", *options.oversampling));
+  if (options.level_blend && !(*options.level_blend >= 0 && *options.level_blend <= 1))
+    return fail(Error::Kind::Malformed,
+                fmt::format("level blend: expected a part of a level in [0, 1], found {}", *options.level_blend));
   if (!(options.motion_step_px > 0 && options.motion_step_px <= 1e3))
     return fail(Error::Kind::Malformed,
                 fmt::format("motion step: expected image pixels in (0, 1000], found {}", options.motion_step_px));

@@ -36,14 +36,16 @@ double level_coordinate(std::span<const tile::Level> levels, double texels) {
   return static_cast<double>(levels.size() - 1);
 }
 
+double longer_axis(const Eigen::Matrix2d& jacobian) {
+  // From the matrix's invariants; half the difference of squares under the root avoids cancellation.
+  const double sum = jacobian.squaredNorm() / 2, product = std::abs(jacobian.determinant());
+  return std::sqrt(sum + std::sqrt(std::max(0.0, (sum - product) * (sum + product))));
+}
+
 SamplePattern footprint_samples(const Eigen::Matrix2d& jacobian, double oversampling, int most_samples,
                                 double coarsest_texels) {
-  // Singular values of a 2x2 matrix from its invariants; half the difference of squares under the root avoids
-  // cancellation.
-  const double sum = jacobian.squaredNorm() / 2, product = std::abs(jacobian.determinant());
-  const double difference = std::sqrt(std::max(0.0, (sum - product) * (sum + product)));
-  const double longer = std::sqrt(sum + difference);
-  const double shorter = longer > 0 ? product / longer : 0;
+  const double longer = longer_axis(jacobian);
+  const double shorter = longer > 0 ? std::abs(jacobian.determinant()) / longer : 0;
   SamplePattern pattern;
   pattern.texels = std::min(std::max({shorter / oversampling, longer / most_samples, 1e-12}), coarsest_texels);
   const double spacing = std::max(pattern.texels, 1 / oversampling);  // nothing is finer than level 0

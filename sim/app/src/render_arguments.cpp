@@ -116,6 +116,11 @@ void add_render_options(CLI::App& app, RenderArguments& a) {
   app.add_option("--quality", a.quality, "draft, balanced or best")->capture_default_str()->group("Rendering");
   app.add_option("--filter", a.filter, "nearest, bilinear, bicubic, mip or reference (the quality's)")
       ->group("Rendering");
+  app.add_option("--oversampling", a.oversampling, "samples across a footprint's shorter axis (the quality's)")
+      ->group("Rendering");
+  app.add_option("--level-blend", a.level_blend,
+                 "part of a level, 0 to 1, over which two levels are blended around where they switch (the quality's)")
+      ->group("Rendering");
   app.add_option("--geometry-tolerance", a.geometry_tolerance_px, "largest geometric error in image pixels")
       ->capture_default_str()
       ->group("Rendering");
@@ -219,6 +224,8 @@ Result<render::RenderOptions> make_render_options(const RenderArguments& argumen
   if (!off_map) return fail(off_map);
   options.off_map = *off_map;
   options.fill_value = arguments.fill_value;
+  options.oversampling = arguments.oversampling;
+  options.level_blend = arguments.level_blend;
   options.geometry_tolerance_px = arguments.geometry_tolerance_px;
   return options;
 }

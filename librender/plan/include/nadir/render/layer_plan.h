@@ -17,6 +17,7 @@ struct PlannedBlock {
   BlockSampling sampling;               // but for its levels, which exist once their cells are pinned
   std::vector<LevelWindow> windows;     // but for their cells
   std::vector<Eigen::Vector2d> texels;  // of a per-pixel block; sampling.texels refers to them
+  double longest_texels = 0;            // of its pixels' footprints, along their longer axes
   bool undersampled = false;            // some pixel spans more texels than it takes samples of
 };
 

@@ -20,8 +20,8 @@ Result<Filter> parse_filter(std::string_view text);
 /// Points on the curve of error against run time.
 enum class Quality {
   draft,     // Bilinear
-  balanced,  // Mip, one sample across the footprint's shorter axis
-  best,      // Mip, two samples across it
+  balanced,  // Mip, one and a half samples across the footprint's shorter axis, rounded up
+  best,      // Mip, three samples across it; where a pixel spans a texel or less, Bicubic
 };
 std::string_view to_string(Quality quality);
 Result<Quality> parse_quality(std::string_view text);
@@ -29,9 +29,12 @@ Result<Quality> parse_quality(std::string_view text);
 /// What a quality means for a layer; a filter may be forced.
 struct Sampling {
   Filter filter = Filter::Mip;
-  double oversampling = 1;  // samples across the footprint's shorter axis
-  double level_blend = 1;   // of Mip: LevelBlend::band
+  double oversampling = 1;     // samples across the footprint's shorter axis
+  double level_blend = 1;      // of Mip: LevelBlend::band
+  bool cubic_details = false;  // of Mip: one cubic sample in blocks whose pixels span at most `most_detail_texels`
 };
+/// Up to here a cubic sample shows more of the true ground than a mean of bilinear ones, by 2 to 4 dB.
+inline constexpr double most_detail_texels = 1.2;
 Sampling sampling_for(Quality quality);
 
 }  // namespace nadir::render

@@ -50,6 +50,9 @@ struct SamplePattern {
 SamplePattern footprint_samples(const Eigen::Matrix2d& jacobian, double oversampling, int most_samples,
                                 double coarsest_texels);
 
+/// The footprint's longer axis, level-0 texels.
+double longer_axis(const Eigen::Matrix2d& jacobian);
+
 /// Geometric mean of the footprint's axes, for one sample a pixel.
 double footprint_side(const Eigen::Matrix2d& jacobian);
 
