@@ -12,6 +12,7 @@
 
 #include "explain.h"
 #include "exposure.h"
+#include "forecast.h"
 #include "nadir/base/text.h"
 #include "pass.h"
 
@@ -101,6 +102,56 @@ Sampling sampling_of(const Layer& layer, const RenderOptions& options) {
   return sampling;
 }
 
+/// From the cheapest to the finest. Without cubic samples, which are nearer to the ground than to the reference.
+std::vector<Sampling> ways_of_sampling() {
+  std::vector<Sampling> ways = {sampling_for(Quality::draft)};
+  for (const double oversampling : {1.5, 2.0, 3.0, 4.0, 6.0, 8.0}) {
+    ways.push_back(sampling_for(Quality::balanced));
+    ways.back().oversampling = oversampling;
+  }
+  return ways;
+}
+
+/// How much of the frame's values one of the map's is.
+double output_scale(const Layer& layer) {
+  const auto& output = layer.options.output;
+  if (!output || output->type == tile::SampleType::Float32) return 1;
+  return tile::with_sample_type(output->type, [&]<class T>(T) {
+    return static_cast<double>(std::numeric_limits<T>::max()) / (output->high - output->low);
+  });
+}
+
+struct SampledPlan {
+  Sampling sampling;
+  LayerPlan plan;
+  std::optional<double> expected_rmse;
+};
+
+Result<SampledPlan> plan_sampling(const Layer& layer, const PatchMapping& mapping, const RenderOptions& options,
+                                  ErrorModel& model) {
+  const auto planned = [&](const Sampling& sampling) {
+    SampledPlan p{sampling, plan_layer(mapping, *layer.source, sampling), std::nullopt};
+    const bool approximates = sampling.filter != Filter::Nearest && sampling.filter != Filter::Reference;
+    if (const auto rmse = approximates ? expected_rmse(p.plan, *layer.source, model) : std::nullopt)
+      p.expected_rmse = *rmse * output_scale(layer);
+    return p;
+  };
+  SampledPlan first = planned(sampling_of(layer, options));
+  if (!options.max_error || first.sampling.filter == Filter::Nearest || first.plan.blocks.empty()) return first;
+  for (const Sampling& way : ways_of_sampling()) {
+    first = planned(way);
+    if (!first.expected_rmse)
+      return fail(Error::Kind::Unsupported,
+                  fmt::format("layer {}: no error can be predicted for {}, {}: choose a quality instead", layer.name,
+                              layer.source->map().description().path,
+                              layer.source->domain() == tile::Domain::Decibel
+                                  ? "whose values are decibels"
+                                  : "which does not tell what its levels lose (a map made by nadir build does)"));
+    if (*first.expected_rmse <= *options.max_error) break;
+  }
+  return first;
+}
+
 /// A layer of the frame with its geometric truth, but no pixels yet.
 FrameLayer empty_layer(const Layer& layer, const ExactChain& chain) {
   FrameLayer out;
@@ -118,6 +169,7 @@ void note_plan(const LayerPlan& plan, const PatchMapping& mapping, const Samplin
                const RenderOptions& options, bool first, Truth& truth) {
   truth.quality = options.quality;
   truth.filter = sampling.filter;
+  truth.oversampling = sampling.oversampling;
   truth.finest_level = first ? plan.finest_level : std::min(truth.finest_level, plan.finest_level);
   truth.coarsest_level = std::max(truth.coarsest_level, plan.coarsest_level);
   truth.undersampled = truth.undersampled || plan.undersampled;
@@ -149,6 +201,9 @@ Result<void> check_options(const RenderOptions& options) {
   if (options.oversampling && !(*options.oversampling >= 0.5 && *options.oversampling <= 16))
     return fail(Error::Kind::Malformed,
                 fmt::format("oversampling: expected 0.5 to 16 samples across, found {}", *options.oversampling));
+  if (options.max_error && !(*options.max_error > 0))
+    return fail(Error::Kind::Malformed,
+                fmt::format("max error: expected a positive number, found {}", *options.max_error));
   if (options.level_blend && !(*options.level_blend >= 0 && *options.level_blend <= 1))
     return fail(Error::Kind::Malformed,
                 fmt::format("level blend: expected a part of a level in [0, 1], found {}", *options.level_blend));
@@ -193,6 +248,7 @@ struct Renderer::Engine {
   }
   tile::CellCache cache;
   tbb::task_arena arena;
+  ErrorModel error_model;
 };
 
 Renderer::Renderer(const RendererOptions& options) : engine_(std::make_unique<Engine>(options)) {}
@@ -327,9 +383,11 @@ Result<void> Renderer::sample(const Scene& scene, const ExactChain& chain, std::
   for (std::size_t k = 0; k < which.size(); ++k) {
     const Layer& layer = scene.layers()[which[k]];
     Truth& truth = frame.layers_[which[k]].truth;
-    const Sampling sampling = sampling_of(layer, options);
-    plans.push_back(plan_layer(shared.of(k), *layer.source, sampling));
-    note_plan(plans.back(), shared.of(k), sampling, options, first, truth);
+    auto planned = plan_sampling(layer, shared.of(k), options, engine_->error_model);
+    if (!planned) return fail(planned);
+    note_plan(planned->plan, shared.of(k), planned->sampling, options, first, truth);
+    truth.expected_rmse = planned->expected_rmse;
+    plans.push_back(std::move(planned->plan));
     frame.counters_.samples += plans.back().samples;
   }
   std::vector<WorkItem> items;

@@ -116,6 +116,11 @@ void add_render_options(CLI::App& app, RenderArguments& a) {
   app.add_option("--quality", a.quality, "draft, balanced or best")->capture_default_str()->group("Rendering");
   app.add_option("--filter", a.filter, "nearest, bilinear, bicubic, mip or reference (the quality's)")
       ->group("Rendering");
+  app.add_option(
+         "--max-error", a.max_error,
+         "root mean square error against the reference filter, in the frame's values: the cheapest way of sampling "
+         "that is expected to keep it is taken (instead of a quality; maps of nadir build)")
+      ->group("Rendering");
   app.add_option("--oversampling", a.oversampling, "samples across a footprint's shorter axis (the quality's)")
       ->group("Rendering");
   app.add_option("--level-blend", a.level_blend,
@@ -224,6 +229,7 @@ Result<render::RenderOptions> make_render_options(const RenderArguments& argumen
   if (!off_map) return fail(off_map);
   options.off_map = *off_map;
   options.fill_value = arguments.fill_value;
+  options.max_error = arguments.max_error;
   options.oversampling = arguments.oversampling;
   options.level_blend = arguments.level_blend;
   options.geometry_tolerance_px = arguments.geometry_tolerance_px;

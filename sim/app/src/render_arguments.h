@@ -21,7 +21,7 @@ struct RenderArguments {
   std::string origin, surface = "plane", ground_height = "0", mount;
   std::string quality = "balanced", filter, off_map = "mask";
   double geometry_tolerance_px = 0.05, fill_value = 0;
-  std::optional<double> oversampling, level_blend;
+  std::optional<double> oversampling, level_blend, max_error;
   render::Shutter shutter;
   std::string cache = "256MiB", vehicle = "vehicle";
   int threads = 0;

@@ -95,11 +95,8 @@ Json footprint(const render::Truth& t) {
 Json settings(const render::Truth& t) {
   Json levels = Json::array();
   for (int k = t.finest_level; k <= t.coarsest_level && t.tiles > 0; ++k) levels.push_back(k);
-  return {{"quality", render::to_string(t.quality)},
-          {"levels", levels},
-          {"filter", render::to_string(t.filter)},
-          {"tiles", t.tiles},
-          {"undersampled", t.undersampled}};
+  return {{"quality", render::to_string(t.quality)}, {"levels", levels}, {"filter", render::to_string(t.filter)},
+          {"oversampling", t.oversampling},          {"tiles", t.tiles}, {"undersampled", t.undersampled}};
 }
 
 Json head(const FrameFile& file) {
@@ -153,7 +150,7 @@ std::string frame_record(const FrameFile& file, const render::FrameLayer& layer)
   json["magnification"] = or_null(t.magnification);
   json["map_resolution_limited"] = or_null(t.magnification, [](double m) { return m > 1; });
   json["settings"] = settings(t);
-  json["expected_error"] = {{"geometry_px", t.geometry_error_px}};
+  json["expected_error"] = {{"geometry_px", t.geometry_error_px}, {"resampling_dn", or_null(t.expected_rmse)}};
   json["render_ms"] = t.render_ms;
   json["checksum"] = checksum(layer);
   return line(json);

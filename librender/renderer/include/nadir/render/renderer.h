@@ -29,7 +29,10 @@ struct RenderOptions {
   Quality quality = Quality::balanced;
   std::optional<Filter> filter;                     // instead of the quality's; labels are always sampled nearest
   std::optional<double> oversampling, level_blend;  // likewise: see Sampling
-  double geometry_tolerance_px = 0.05;              // backward error, in (0, 1]
+  /// In the frame's values: each layer takes the cheapest way of sampling whose expected error is within it (see
+  /// Truth::expected_rmse), or the finest there is. It overrides the quality, the filter and the fields above.
+  std::optional<double> max_error;
+  double geometry_tolerance_px = 0.05;  // backward error, in (0, 1]
   OffMap off_map = OffMap::Mask;
   double fill_value = 0;      // with OffMap::Fill
   double motion_step_px = 2;  // of motion in the image, at most, between the poses that stand for an exposure; over 0

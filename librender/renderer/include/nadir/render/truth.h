@@ -60,11 +60,15 @@ struct Truth {
 
   Quality quality = Quality::balanced;
   Filter filter = Filter::Mip;
+  double oversampling = 1;  // of Mip: see Sampling
   int finest_level = 0, coarsest_level = 0;
   std::int64_t tiles = 0;        // cells sampled from
   bool undersampled = false;     // the map has too few levels for this view
   double geometry_error_px = 0;  // greatest found where the mapping was checked
-  double render_ms = 0;          // of the whole frame, all layers
+  /// Root mean square against the reference filter, in the frame's values, as the plan expects it. Empty where the map
+  /// does not tell what its levels lose (nadir build stores it), of decibels and of labels.
+  std::optional<double> expected_rmse;
+  double render_ms = 0;  // of the whole frame, all layers
 };
 
 /// All of it that depends on geometry alone.
