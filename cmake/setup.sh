@@ -18,7 +18,7 @@ packages=(
   libopenimageio-dev openimageio-tools python3-imath libfreetype-dev fonts-dejavu-core
   # Maps behind URLs: headers to build with, and the library that is loaded when the first one is read (libcurl4 comes along)
   libcurl4-openssl-dev
-  gnuplot-nox libtiff-dev libvips-tools  # pictures of benchmarks, and peers in them
+  gnuplot-nox libtiff-dev libvips-tools libvips-dev libosmesa6-dev  # pictures of benchmarks, and peers in them
   # Tests and benchmarks
   libgtest-dev libgmock-dev libbenchmark-dev libopencv-core-dev libopencv-imgproc-dev libopencv-calib3d-dev
   gdal-bin python3-gdal python3-jsonschema nginx-light clang libclang-rt-dev valgrind

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <set>
 
 #include "nadir/bench/report.h"
 #include "nadir/bench/runner.h"
@@ -94,10 +95,13 @@ std::string size_tics(std::vector<double> sizes) {
   return fmt::format("set xtics ({})\n", list);
 }
 
-std::optional<Picture> scatter(const std::string& suite, const Group& of_case) {
+/// `further`: name of the error among those that are counters; empty: the rows' own.
+std::optional<Picture> scatter(const std::string& suite, const Group& of_case, const std::string& further) {
   std::vector<Row> rows;
-  for (const Row& row : of_case.rows)
-    if (row.error && row.wall_ms && *row.wall_ms > 0) rows.push_back(row);
+  for (Row row : of_case.rows) {
+    if (!further.empty()) row.error = counter(row, "error:" + further);
+    if (row.error && row.wall_ms && *row.wall_ms > 0) rows.push_back(std::move(row));
+  }
   std::vector<double> times, errors;
   double least_error = std::numeric_limits<double>::infinity();
   for (const Row& row : rows)
@@ -132,8 +136,19 @@ std::optional<Picture> scatter(const std::string& suite, const Group& of_case) {
                           counter(rows[i], "wall_q3_ms").value_or(times[i]));
     plot += fmt::format(", $m{} with xerrorbars {} title {}", i, style(i), gnuplot_string(method_name(rows[i])));
   }
-  return Picture{suite, file_name(suite + "-" + of_case.name + "-error"), of_case.name + ": error against time",
+  return Picture{suite, file_name(suite + "-" + of_case.name + "-error" + (further.empty() ? "" : "-" + further)),
+                 of_case.name + ": error" + (further.empty() ? "" : " (" + further + ")") + " against time",
                  script + plot + "\n", std::max(480, 160 + 22 * static_cast<int>(rows.size()))};
+}
+
+/// Names of the errors that rows of a case have, the first empty: their own.
+std::set<std::string> further_errors(const Group& of_case) {
+  const std::string prefix = "error:";
+  std::set<std::string> names = {""};
+  for (const Row& row : of_case.rows)
+    for (const auto& [key, value] : row.counters)
+      if (key.starts_with(prefix)) names.insert(key.substr(prefix.size()));
+  return names;
 }
 
 struct Quantity {
@@ -299,7 +314,7 @@ std::vector<Picture> pictures(const std::vector<Row>& rows) {
     add(bars(suite));
     add(written(suite));
     for (const Group& one : group(suite.rows, [](const Row& row) { return row.case_name; }))
-      add(scatter(suite.name, one));
+      for (const std::string& further : further_errors(one)) add(scatter(suite.name, one, further));
     for (const Group& line : group(suite.rows, [](const Row& row) {
            const auto found = row.counters.find("line");
            return found == row.counters.end() ? "" : found->second;

@@ -10,6 +10,7 @@
 #include <bit>
 #include <cassert>
 #include <cerrno>
+#include <cmath>
 #include <cstring>
 
 #include "nadir/base/files.h"
@@ -168,6 +169,23 @@ void fill_up(Codec codec, std::uint64_t bytes, std::vector<std::byte>& out) {
   std::memcpy(out.data() + end, frame.data(), sizeof frame);
 }
 
+/// A value as a sample of the type, which holds it.
+void store(SampleType type, float value, std::byte* out) {
+  const auto value8 = static_cast<std::uint8_t>(type == SampleType::u8 ? value : 0);
+  const auto value16 = static_cast<std::uint16_t>(type == SampleType::u16 ? value : 0);
+  switch (type) {
+    case SampleType::u8:
+      std::memcpy(out, &value8, 1);
+      break;
+    case SampleType::u16:
+      std::memcpy(out, &value16, 2);
+      break;
+    case SampleType::f32:
+      std::memcpy(out, &value, 4);
+      break;
+  }
+}
+
 tl::unexpected<Error> refuse(const std::string& name, const std::string& message) {
   return fail(Error::Kind::Unsupported, name + ": " + message);
 }
@@ -197,6 +215,26 @@ double rule_sample(SampleType type, int level, int band, std::int64_t x, std::in
   return type == SampleType::u8 ? value >> 8 : type == SampleType::u16 ? value : value * 0x1p-16;
 }
 
+RepeatedContent::RepeatedContent(std::vector<float> texels, int side, int bands, bool whole)
+    : side_(side), bands_(bands) {
+  assert(std::has_single_bit(static_cast<unsigned>(side)) &&
+         texels.size() == static_cast<std::size_t>(side) * static_cast<std::size_t>(side * bands));
+  levels_.push_back(std::move(texels));
+  for (std::size_t n = static_cast<std::size_t>(side) / 2; n > 0; n /= 2) {
+    const std::vector<float>& finer = levels_.back();
+    const auto b = static_cast<std::size_t>(bands);
+    std::vector<float> mean(n * n * b);
+    for (std::size_t y = 0; y < n; ++y)
+      for (std::size_t i = 0; i < n * b; ++i) {
+        const float* top = finer.data() + 4 * y * n * b + (i / b * 2) * b + i % b;
+        const float* bottom = top + 2 * n * b;
+        const float value = (top[0] + top[b] + bottom[0] + bottom[b]) / 4;
+        mean[y * n * b + i] = whole ? std::floor(value + 0.5f) : value;
+      }
+    levels_.push_back(std::move(mean));
+  }
+}
+
 Result<std::shared_ptr<const ProceduralTiff>> ProceduralTiff::make(const std::string& name, const MapRule& rule) {
   constexpr std::int64_t most = std::int64_t{1} << 30;
   if (rule.width < 1 || rule.height < 1 || rule.width > most || rule.height > most)
@@ -210,6 +248,16 @@ Result<std::shared_ptr<const ProceduralTiff>> ProceduralTiff::make(const std::st
     return refuse(name,
                   fmt::format("EPSG:{}; expected 4326, 3857 or a UTM zone on WGS 84 (32601 to 32660, 32701 to 32760)",
                               rule.epsg));
+
+  if (rule.content) {
+    const std::int64_t period = rule.content->side();
+    if (rule.content->bands() != rule.bands || period % rule.tile_size != 0 || rule.width % period != 0 ||
+        rule.height % period != 0)
+      return refuse(name,
+                    fmt::format("content of {} bands that repeats after {} texels; expected {} bands, a period of "
+                                "whole tiles of {} texels, and whole periods",
+                                rule.content->bands(), period, rule.bands, rule.tile_size));
+  }
 
   std::shared_ptr<ProceduralTiff> tiff(new ProceduralTiff(name, rule));
   const auto side = static_cast<std::uint64_t>(rule.tile_size);
@@ -230,7 +278,10 @@ void ProceduralTiff::lay_out() {
   const std::int64_t side = rule_.tile_size;
   for (std::int64_t w = rule_.width, h = rule_.height;;
        w = std::max<std::int64_t>(w / 2, 1), h = std::max<std::int64_t>(h / 2, 1)) {
-    levels_.push_back({w, h, (w + side - 1) / side, (h + side - 1) / side, 0, 0, 0});
+    const std::int64_t columns = (w + side - 1) / side, rows = (h + side - 1) / side;
+    const std::int64_t repeat =
+        rule_.content ? std::max<std::int64_t>((rule_.content->side() >> levels_.size()) / side, 1) : columns + rows;
+    levels_.push_back({w, h, columns, rows, std::min(columns, repeat), std::min(rows, repeat)});
     if (w <= side && h <= side) break;
   }
   // Directories hold where indexes and tiles lie, and take as much room whatever that is.
@@ -243,7 +294,7 @@ void ProceduralTiff::lay_out() {
   at = align(at, place_alignment);
   for (auto level = levels_.rbegin(); level != levels_.rend(); ++level) {
     level->tiles_at = at;
-    at += place_bytes_ * level->tiles();
+    at += place_bytes_ * level->stored_tiles();
   }
   size_ = at;
   head_ = head();
@@ -258,6 +309,9 @@ std::vector<std::byte> ProceduralTiff::head() const {
   const auto short_value = [](int value) { return std::vector<std::uint16_t>{static_cast<std::uint16_t>(value)}; };
   const auto long_value = [](std::int64_t value) {
     return std::vector<std::uint32_t>{static_cast<std::uint32_t>(value)};
+  };
+  const auto text = [](const std::string& value) {
+    return std::vector<char>(value.c_str(), value.c_str() + value.size() + 1);
   };
 
   std::vector<std::byte> file(header_bytes);
@@ -291,6 +345,10 @@ std::vector<std::byte> ProceduralTiff::head() const {
     const std::size_t extra = bands - (rgb ? 3 : 1);
     if (extra > 0) d.add(338, Directory::u16, std::vector<std::uint16_t>(extra, 0));
     d.add(339, Directory::u16, std::vector<std::uint16_t>(bands, format));
+    if (rule_.texture) {  // PixarTextureFormat, PixarWrapModes
+      d.add(33302, Directory::ascii, text("Plain Texture"));
+      d.add(33303, Directory::ascii, text("clamp,clamp"));
+    }
     if (k == 0) {
       const bool degrees = rule_.epsg == 4326;
       d.add(33550, Directory::f64, std::vector<double>{rule_.texel, rule_.texel, 0});
@@ -301,10 +359,7 @@ std::vector<std::byte> ProceduralTiff::head() const {
                                        1, static_cast<std::uint16_t>(degrees ? 2048 : 3072), 0, 1,
                                        static_cast<std::uint16_t>(rule_.epsg)});
     }
-    if (rule_.nodata) {
-      const std::string text = fmt::format("{}", *rule_.nodata);
-      d.add(42113, Directory::ascii, std::vector<char>(text.c_str(), text.c_str() + text.size() + 1));
-    }
+    if (rule_.nodata) d.add(42113, Directory::ascii, text(fmt::format("{}", *rule_.nodata)));
     const std::uint64_t next = at + d.size();
     d.write(at, k + 1 < levels_.size() ? next : 0, file);
     at = next;
@@ -315,11 +370,22 @@ std::vector<std::byte> ProceduralTiff::head() const {
 ProceduralTiff::Bytes ProceduralTiff::make_tile(TileId id) const {
   const Level& level = levels_[static_cast<std::size_t>(id.level)];
   const auto side = static_cast<std::size_t>(rule_.tile_size), bands = static_cast<std::size_t>(rule_.bands);
-  const auto column = static_cast<std::int64_t>(id.index % static_cast<std::uint64_t>(level.columns));
-  const auto row = static_cast<std::int64_t>(id.index / static_cast<std::uint64_t>(level.columns));
+  const auto across = static_cast<std::uint64_t>(level.repeat_columns);
+  const auto column = static_cast<std::int64_t>(id.index % across), row = static_cast<std::int64_t>(id.index / across);
   const std::int64_t x0 = column * rule_.tile_size, y0 = row * rule_.tile_size;
 
   std::vector<std::byte> samples(tile_bytes_);
+  if (rule_.content) {
+    std::byte* out = samples.data();
+    for (std::size_t i = 0; i < side * side * bands; ++i, out += sample_bytes(rule_.type)) {
+      const auto texel = static_cast<std::int64_t>(i / bands);
+      store(rule_.type,
+            rule_.content->at(id.level, static_cast<int>(i % bands), x0 + texel % rule_.tile_size,
+                              y0 + texel / rule_.tile_size),
+            out);
+    }
+    return packed_tile(id, std::move(samples));
+  }
   std::vector<std::uint16_t> values(side);
   for (std::size_t y = 0; y < side; ++y)
     for (std::size_t band = 0; band < bands; ++band) {
@@ -327,21 +393,18 @@ ProceduralTiff::Bytes ProceduralTiff::make_tile(TileId id) const {
       std::byte* out = samples.data() + (y * side * bands + band) * sample_bytes(rule_.type);
       const std::size_t step = bands * sample_bytes(rule_.type);
       for (std::size_t x = 0; x < side; ++x, out += step) {
-        const auto value8 = static_cast<std::uint8_t>(values[x] >> 8);
-        const float value32 = static_cast<float>(values[x]) * 0x1p-16f;
-        switch (rule_.type) {
-          case SampleType::u8:
-            std::memcpy(out, &value8, 1);
-            break;
-          case SampleType::u16:
-            std::memcpy(out, &values[x], 2);
-            break;
-          case SampleType::f32:
-            std::memcpy(out, &value32, 4);
-            break;
-        }
+        const std::uint16_t value = values[x];
+        store(rule_.type,
+              rule_.type == SampleType::u8    ? static_cast<float>(value >> 8)
+              : rule_.type == SampleType::u16 ? static_cast<float>(value)
+                                              : static_cast<float>(value) * 0x1p-16f,
+              out);
       }
     }
+  return packed_tile(id, std::move(samples));
+}
+
+ProceduralTiff::Bytes ProceduralTiff::packed_tile(TileId id, std::vector<std::byte> samples) const {
   auto packed = compress(rule_.codec, std::move(samples));
   if (!rule_.exact_byte_counts) fill_up(rule_.codec, byte_count(id), packed);
   return std::make_shared<const std::vector<std::byte>>(std::move(packed));
@@ -381,8 +444,8 @@ std::uint64_t ProceduralTiff::byte_count(TileId id) const {
 
 /// The entry of a level's index, of which the offsets come first and then the byte counts.
 std::uint64_t ProceduralTiff::index_entry(const Level& level, std::uint64_t at) const {
-  if (at < level.tiles()) return level.tiles_at + at * place_bytes_;
-  return byte_count({static_cast<int>(&level - levels_.data()), at - level.tiles()});
+  if (at < level.tiles()) return level.tiles_at + level.stored(at) * place_bytes_;
+  return byte_count({static_cast<int>(&level - levels_.data()), level.stored(at - level.tiles())});
 }
 
 void ProceduralTiff::read_index(const Level& level, std::uint64_t begin, std::uint64_t offset,
@@ -426,7 +489,7 @@ Result<void> ProceduralTiff::read(std::uint64_t offset, std::span<std::byte> out
   for (const Level& level : levels_) {
     if (const auto [from, to] = part(level.offsets_at, level.counts_at + 8 * level.tiles()); !to.empty())
       read_index(level, level.offsets_at, from, to);
-    if (const auto [from, to] = part(level.tiles_at, level.tiles_at + place_bytes_ * level.tiles()); !to.empty())
+    if (const auto [from, to] = part(level.tiles_at, level.tiles_at + place_bytes_ * level.stored_tiles()); !to.empty())
       read_tiles(static_cast<int>(&level - levels_.data()), from, to);
   }
   return {};
@@ -453,7 +516,7 @@ Result<void> ProceduralTiff::write(const std::filesystem::path& path) const {
   if (problem == 0 && ::ftruncate(fd, static_cast<off_t>(size_)) != 0) problem = errno;
   for (int k = 0; k < levels(); ++k) {
     const Level& level = levels_[static_cast<std::size_t>(k)];
-    for (std::uint64_t i = 0; i < level.tiles() && problem == 0; ++i)
+    for (std::uint64_t i = 0; i < level.stored_tiles() && problem == 0; ++i)
       put(level.tiles_at + i * place_bytes_, *tile({k, i}));
   }
   std::vector<std::byte> block;

@@ -15,8 +15,9 @@
 namespace nadir::bench {
 namespace {
 
-constexpr std::array<std::string_view, 10> headings = {"method", "wall ms", "middle half", "CPU ms", "rate",
-                                                       "error",  "written", "peak memory", "ratios", "happened"};
+constexpr std::array<std::string_view, 11> headings = {"method",      "wall ms", "middle half", "CPU ms",
+                                                       "rate",        "error",   "PSNR dB",     "written",
+                                                       "peak memory", "ratios",  "happened"};
 using Line = std::array<std::string, headings.size()>;
 
 std::string text_counter(const Row& row, const std::string& key) {
@@ -41,8 +42,10 @@ std::string ratios_of(const Row& row) {
                           kind == "cpu_"    ? " in CPU"
                           : kind == "peak_" ? " in memory"
                                             : "");
+      const std::string missed = text_counter(row, kind + "missed:" + baseline);
       if (const auto aim = counter(row, kind + "aim:" + baseline))
-        text += fmt::format(" (aim {:.2f}x) {}", *aim, *ratio <= *aim ? "ok" : "miss");
+        text += fmt::format(" (aim {:.2f}x) {}", *aim, *ratio <= *aim && missed.empty() ? "ok" : "miss");
+      if (!missed.empty()) text += ": " + missed;
     }
   return text;
 }
@@ -56,6 +59,7 @@ Line line_of(const Row& row) {
           optional_number(row.cpu_ms),
           rate ? short_number(*rate) + " " + text_counter(row, "rate_unit") : "",
           row.error ? short_number(*row.error) + (row.error_unit.empty() ? "" : " " + row.error_unit) : "",
+          text_counter(row, "psnr"),
           written ? format_bytes(static_cast<std::uint64_t>(*written)) : "",
           row.peak_bytes ? format_bytes(*row.peak_bytes) : "",
           ratios_of(row),
@@ -64,9 +68,9 @@ Line line_of(const Row& row) {
 
 /// Counters that no column shows: those of the methods themselves.
 std::string other_counters(const Row& row) {
-  constexpr std::array<std::string_view, 14> shown = {
-      "wall_q1_ms", "wall_q3_ms", "rate",        "rate_unit", "line",     "x",        "x_label",
-      "aim",        "cpu_min_ms", "wall_min_ms", "fault",     "point_of", "left_out", "happened"};
+  constexpr std::array<std::string_view, 15> shown = {
+      "wall_q1_ms",  "wall_q3_ms", "rate",     "rate_unit", "line",     "x",    "x_label", "cpu_min_ms",
+      "wall_min_ms", "fault",      "point_of", "left_out",  "happened", "psnr", "picture"};
   std::string text;
   for (const auto& [key, value] : row.counters)
     if (key.find(':') == std::string::npos && std::find(shown.begin(), shown.end(), key) == shown.end())
@@ -124,7 +128,7 @@ h1 { font-size: 1.6em } h2 { font-size: 1.3em; border-bottom: 1px solid #ccc; ma
 table { border-collapse: collapse; font-variant-numeric: tabular-nums; margin: .3em 0 1em }
 th, td { padding: .2em .7em; text-align: right; border-bottom: 1px solid #e4e4e4; vertical-align: top }
 th { border-bottom: 2px solid #999 } .text { text-align: left } .small { font-size: .8em; color: #666 }
-code { background: #f3f3f3; padding: .15em .4em } svg { max-width: 100%; height: auto }
+code { background: #f3f3f3; padding: .15em .4em } svg, img { max-width: 100%; height: auto }
 )";
 
 /// The picture as an element of a page: without what makes it a file of its own.
@@ -158,6 +162,12 @@ Result<std::string> html_page(const std::vector<Row>& rows, const ReportInfo& in
       }
     }
     html += fmt::format("<h3>{}</h3>\n{}", escaped(block.case_name), html_table(block));
+    for (const Row* row : block.rows)
+      if (const std::string name = text_counter(*row, "picture"); !name.empty())
+        // A page drawn again from results alone has none
+        if (const auto png = read_text_file(folder / name))
+          html +=
+              fmt::format("<p><img alt=\"{}\" src=\"data:image/png;base64,{}\"></p>\n", escaped(name), base64(*png));
   }
   return html + "</body></html>\n";
 }

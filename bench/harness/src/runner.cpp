@@ -43,7 +43,9 @@ Result<Usage> measure_programs(const Method& method) {
 Result<Usage> repeat(const Method& method, int calls) {
   if (method.before)
     if (const auto ready = method.before(); !ready) return fail(ready);
-  auto usage = method.command.empty() ? measure(method.run, calls) : measure_programs(method);
+  auto usage = !method.command.empty() ? measure_programs(method)
+               : method.told           ? method.told()
+                                       : measure(method.run, calls);
   if (method.after)
     if (const auto done = method.after(); usage && !done) return fail(done);
   return usage;
@@ -53,6 +55,14 @@ template <class T>
 tl::unexpected<Error> fail_in(const std::string& case_name, const Method& method, const Result<T>& failed) {
   return fail(failed.error().kind,
               fmt::format("{}: {}: {}", case_name, label(method.name, method.setting), failed.error().message));
+}
+
+/// A counter's value: on one line, without what separates counters.
+std::string as_counter(std::string text) {
+  std::replace(text.begin(), text.end(), '\n', ' ');
+  std::replace(text.begin(), text.end(), ';', ',');
+  std::replace(text.begin(), text.end(), '=', ' ');
+  return text;
 }
 
 void add_ratio(const Aim& aim, const Comparison& comparison, const std::vector<Samples>& samples,
@@ -83,15 +93,8 @@ void add_ratio(const Aim& aim, const Comparison& comparison, const std::vector<S
   }
   if (!std::isfinite(ratio)) return;  // a baseline too short for the CPU clock, or no peak known
   rows[a].counters[prefix + "ratio:" + aim.baseline] = fmt::format("{:.4g}", ratio);
-  if (aim.most) rows[a].counters[prefix + "aim:" + aim.baseline] = fmt::format("{:g}", *aim.most);
-}
-
-/// A counter's value: on one line, without what separates counters.
-std::string as_counter(std::string text) {
-  std::replace(text.begin(), text.end(), '\n', ' ');
-  std::replace(text.begin(), text.end(), ';', ',');
-  std::replace(text.begin(), text.end(), '=', ' ');
-  return text;
+  if (aim.most) rows[a].counters[prefix + "aim:" + aim.baseline] = fmt::format("{:.4g}", *aim.most);
+  if (!aim.missed.empty()) rows[a].counters[prefix + "missed:" + aim.baseline] = as_counter(aim.missed);
 }
 
 Result<Row> row_of(const std::string& suite, const std::string& case_name, const Comparison& comparison,
@@ -160,7 +163,7 @@ Result<std::vector<Row>> run_comparison(const std::string& suite, const std::str
   // Peaks first, while no method has started threads that a forked process would lack
   for (std::size_t i = 0; i < methods.size(); ++i) {
     const Method& method = methods[i];
-    if (!method.peak || !method.command.empty() || !takes_part(i)) continue;
+    if (!method.peak || !method.run || !takes_part(i)) continue;
     if (method.before)
       if (const auto ready = method.before(); !ready) return fail_in(case_name, method, ready);
     const auto peak = peak_in_child(method.run);
@@ -175,7 +178,7 @@ Result<std::vector<Row>> run_comparison(const std::string& suite, const std::str
     if (!takes_part(i)) continue;
     const auto usage = try_once(i);
     if (!usage) return fail(usage);
-    if (*usage && !methods[i].before && !methods[i].after && methods[i].command.empty())
+    if (*usage && methods[i].run && !methods[i].before && !methods[i].after)
       samples[i].calls = static_cast<int>(
           std::clamp(std::ceil(least_sample_ms / std::max((*usage)->wall_ms, 1e-6)), 1.0, 1.0 * most_calls));
   }
@@ -206,6 +209,8 @@ Result<std::vector<Row>> run_comparison(const std::string& suite, const std::str
     rows.push_back(std::move(*row));
   }
   for (const Aim& aim : comparison.aims) add_ratio(aim, comparison, samples, rows);
+  if (comparison.aims_of)
+    for (const Aim& aim : comparison.aims_of(rows)) add_ratio(aim, comparison, samples, rows);
   return rows;
 }
 

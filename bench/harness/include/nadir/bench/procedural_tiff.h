@@ -1,10 +1,12 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <filesystem>
 #include <list>
 #include <map>
+#include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -17,6 +19,28 @@ namespace nadir::bench {
 
 enum class SampleType { u8, u16, f32 };
 enum class Codec { none, deflate, zstd };
+
+/// A square of texels with all its levels down to one texel, for maps that repeat it in both directions.
+class RepeatedContent {
+ public:
+  /// `texels`: side * side * bands, bands interleaved, values that the maps' type holds. The side is a power of two.
+  /// Each further level is the mean of 2 x 2 texels of the one before, in whole numbers (ties up) where `whole`.
+  RepeatedContent(std::vector<float> texels, int side, int bands, bool whole);
+
+  std::int64_t side() const { return side_; }
+  int bands() const { return bands_; }
+  float at(int level, int band, std::int64_t x, std::int64_t y) const {
+    const std::int64_t side = std::max<std::int64_t>(side_ >> level, 1);  // a map may have more levels
+    const std::int64_t texel = (y & (side - 1)) * side + (x & (side - 1));
+    return levels_[std::min(static_cast<std::size_t>(level), levels_.size() - 1)]
+                  [static_cast<std::size_t>(texel * bands_ + band)];
+  }
+
+ private:
+  std::int64_t side_;
+  int bands_;
+  std::vector<std::vector<float>> levels_;
+};
 
 /// A map that follows a rule instead of a survey.
 struct MapRule {
@@ -32,6 +56,10 @@ struct MapRule {
   /// page of the index takes as long as writing its tiles. Else each tile is filled up to the same number of bytes,
   /// about that of its samples, behind the end of what the codec reads.
   bool exact_byte_counts = true;
+  /// What the texels are, instead of the rule's hills: of as many bands, its side a multiple of the tiles'. Map sides
+  /// are then multiples of that side. Equal tiles lie in the file once.
+  std::shared_ptr<const RepeatedContent> content;
+  bool texture = false;  // marked as Pixar's textures are, without which OpenImageIO does not look for levels
 };
 
 /// The texels (x0, y) to (x0 + n - 1, y) of a band (from 0) of a level, as 16-bit values: smooth hills of several sizes
@@ -68,12 +96,21 @@ class ProceduralTiff : public ByteSource {
  private:
   struct Level {
     std::int64_t width, height, columns, rows;  // the latter two in tiles
-    std::uint64_t offsets_at, counts_at, tiles_at;
+    std::int64_t repeat_columns, repeat_rows;   // tiles after which they repeat: those that lie in the file
+    std::uint64_t offsets_at = 0, counts_at = 0, tiles_at = 0;
     std::uint64_t tiles() const { return static_cast<std::uint64_t>(columns) * static_cast<std::uint64_t>(rows); }
+    std::uint64_t stored_tiles() const {
+      return static_cast<std::uint64_t>(repeat_columns) * static_cast<std::uint64_t>(repeat_rows);
+    }
+    /// Place among the stored tiles of one of the level's tiles.
+    std::uint64_t stored(std::uint64_t tile) const {
+      const auto across = static_cast<std::uint64_t>(columns), wide = static_cast<std::uint64_t>(repeat_columns);
+      return tile / across % static_cast<std::uint64_t>(repeat_rows) * wide + tile % across % wide;
+    }
   };
   struct TileId {
     int level;
-    std::uint64_t index;  // row by row
+    std::uint64_t index;  // among the stored ones, row by row
     friend auto operator<=>(const TileId&, const TileId&) = default;
   };
   using Bytes = std::shared_ptr<const std::vector<std::byte>>;
@@ -82,6 +119,7 @@ class ProceduralTiff : public ByteSource {
   void lay_out();
   std::vector<std::byte> head() const;
   Bytes make_tile(TileId id) const;
+  Bytes packed_tile(TileId id, std::vector<std::byte> samples) const;
   Bytes tile(TileId id) const;
   std::uint64_t byte_count(TileId id) const;
   std::uint64_t index_entry(const Level& level, std::uint64_t at) const;

@@ -29,8 +29,8 @@ struct Picture {
   int height_px, width_px = 1100;
 };
 
-/// What the rows show: of each case with errors a scatter of error against time with its Pareto front, of each line a
-/// quantity against size, of each suite its ratios as bars.
+/// What the rows show: of each case with errors a scatter of error against time with its Pareto front, and one more for
+/// each counter `error:NAME`; of each line a quantity against size, of each suite its ratios as bars.
 std::vector<Picture> pictures(const std::vector<Row>& rows);
 
 /// Writes results.csv, each picture as PNG and SVG, and report.html, which needs no other file, into a folder.

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "nadir/base/result.h"
+#include "nadir/bench/measure.h"
 #include "nadir/bench/row.h"
 
 namespace nadir::bench {
@@ -22,9 +23,10 @@ struct Point {
 /// One way to do the work of a case.
 struct Method {
   std::string name;
-  std::string setting;                // of what it was run with: "threads=2"
-  std::function<Result<void>()> run;  // one repetition, measured
-  std::vector<std::string> command;   // instead of `run`: a program and its arguments, started for each repetition
+  std::string setting;                  // of what it was run with: "threads=2"
+  std::function<Result<void>()> run;    // one repetition, measured
+  std::function<Result<Usage>()> told;  // instead of `run`: one repetition, and what it took as it tells itself
+  std::vector<std::string> command;     // instead of both: a program and its arguments, started for each repetition
   std::vector<std::vector<std::string>> then;   // programs that are started behind `command`, one after the other
   std::function<Result<void>()> before, after;  // each repetition, not measured; optional
   std::function<Result<double>()> error;        // asked once, after the last round; optional
@@ -42,6 +44,7 @@ struct Aim {
   std::string method, baseline;  // labels of methods of the comparison
   std::optional<double> most;    // nothing: only of interest
   Cost cost = Cost::wall;
+  std::string missed;  // why it is missed whatever the ratio: the two do not do the same work
 };
 
 /// Methods that do the same work.
@@ -51,10 +54,11 @@ struct Comparison {
   double work = 0;        // of one repetition, for rates; 0: no rate
   std::string work_unit;  // "MB"
   std::vector<Aim> aims;
-  std::optional<Point> point;  // of all methods that have none of their own
-  bool warm_up = true;         // one repetition each that does not count; false where runs are long and `prepare` warms
-  bool go_on = false;          // a method that fails gets a row that says so, and the others go on; else the case fails
-  int rounds = 0;              // not 0: so many, whatever the options say
+  std::function<std::vector<Aim>(const std::vector<Row>&)> aims_of;  // further ones, which hang on what was found
+  std::optional<Point> point;                                        // of all methods that have none of their own
+  bool warm_up = true;  // one repetition each that does not count; false where runs are long and `prepare` warms
+  bool go_on = false;   // a method that fails gets a row that says so, and the others go on; else the case fails
+  int rounds = 0;       // not 0: so many, whatever the options say
 };
 
 /// A comparison by name. `prepare` makes what the methods use (maps, cameras, peers); all of it goes when the
@@ -75,6 +79,7 @@ struct RunOptions {
   std::string keep;       // folder for what they make and may use again; empty: `scratch`
   bool large = false;     // cases that take many minutes too
   bool accept = false;    // of suite ci: what is found becomes what is expected
+  std::string pictures;   // folder for pictures that suites make; empty: none wanted. Counter `picture` names one
 };
 
 /// A question and the cases that answer it.
@@ -93,11 +98,10 @@ std::vector<std::size_t> order_of_round(std::size_t methods, std::size_t round);
 /// they have a `before` or `after`.
 ///
 /// Counters: `rounds`, `calls`, `wall_min_ms`, `wall_q1_ms`, `wall_q3_ms`, `cpu_min_ms`; `rate` with `rate_unit`
-/// where there is work; for each aim `ratio:BASELINE` (or `cpu_ratio:BASELINE`), the median of the rounds' ratios, and
-/// `aim:BASELINE` (`cpu_aim:BASELINE`); `peak_ratio:BASELINE` of peak memories; for a point `line`, `x`,
-/// `point_of` where it is the method's own, and `x_label`;
-/// and those of the method. `fault` or `left_out`, with the reason, of a method without times. An Error names the
-/// method. A missed aim is none.
+/// where there is work; for each aim `ratio:BASELINE` (or `cpu_ratio:BASELINE`), the median of the rounds' ratios,
+/// `aim:BASELINE` (`cpu_aim:BASELINE`) and `missed:BASELINE`; `peak_ratio:BASELINE` of peak memories; for a point
+/// `line`, `x`, `point_of` where it is the method's own, and `x_label`; and those of the method. `fault` or `left_out`,
+/// with the reason, of a method without times. An Error names the method. A missed aim is none.
 Result<std::vector<Row>> run_comparison(const std::string& suite, const std::string& case_name,
                                         const Comparison& comparison, const RunOptions& options);
 
