@@ -10,6 +10,7 @@
 #include "motion_suite.h"
 #include "nadir/bench/runner.h"
 #include "read_suite.h"
+#include "render_suite.h"
 
 namespace nadir::bench {
 
@@ -20,7 +21,7 @@ Suite stability_suite();
 
 /// All suites that `nadir bench` knows: a new one is declared above and listed here.
 inline std::vector<Suite> all_suites() {
-  return {read_suite(),   codec_suite(),     build_suite(), levels_suite(), mapping_suite(),
+  return {render_suite(), read_suite(), codec_suite(), build_suite(), levels_suite(), mapping_suite(),
           motion_suite(), stability_suite(), start_suite(), ci_suite()};
 }
 
