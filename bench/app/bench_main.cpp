@@ -159,6 +159,7 @@ int main(int argc, char** argv) {
     if (!output.empty())
       if (const auto free = refuse_to_overwrite(output, force); !free) return free;
     options.quick = quick;
+    options.pictures = output;
     if (quick && options.rounds == 0) options.rounds = 3;
 
     Measured measured;

@@ -37,9 +37,9 @@ std::vector<Contestant> contestants(const std::vector<std::string>& names) {
 
 std::string threads_setting(int threads) { return fmt::format("{} thread{}", threads, threads == 1 ? "" : "s"); }
 
-Result<std::shared_ptr<const ViewSetting>> setting_of(const RunOptions& options,
-                                                      const std::shared_ptr<const Scenery>& scenery, const Pose& pose,
-                                                      int width, int height, const std::string& codec, double budget) {
+Result<std::shared_ptr<ViewSetting>> setting_of(const RunOptions& options,
+                                                const std::shared_ptr<const Scenery>& scenery, const Pose& pose,
+                                                int width, int height, const std::string& codec, double budget) {
   auto setting = std::make_shared<ViewSetting>();
   setting->scenery = scenery;
   setting->scratch = options.scratch;
@@ -68,32 +68,46 @@ FrameErrors errors_of(const ViewSetting& setting, std::span<const std::byte> fra
           deviation(frame, type, setting.ideal, setting.ideal.image)};
 }
 
-Method method_of(const std::shared_ptr<const ViewSetting>& setting, const Contestant& contestant, int threads) {
+PeerCommand command_of(const ViewSetting& setting, const Contestant& contestant, int threads) {
+  PeerCommand command{contestant.program,
+                      contestant.method,
+                      threads,
+                      setting.views,
+                      {contestant.texture ? setting.texture : setting.map}};
+  if (contestant.two_layers) command.maps.push_back(setting.second);
+  return command;
+}
+
+Result<std::shared_ptr<PeerProcess>> start(const ViewSetting& setting, const Contestant& contestant, int threads) {
+  if (const std::string why = why_missing(contestant.program); !why.empty()) return fail(Error::Kind::NotFound, why);
+  auto peer = PeerProcess::start(command_of(setting, contestant, threads));
+  if (!peer) return fail(peer);
+  return std::shared_ptr<PeerProcess>(std::move(*peer));
+}
+
+Method method_of(const std::shared_ptr<const ViewSetting>& setting, const Contestant& contestant, int threads,
+                 const std::function<void(std::string frame)>& keep) {
   Method method{.name = contestant.name, .setting = threads_setting(threads)};
-  method.left_out = why_missing(contestant.program);
-  if (!method.left_out.empty()) return method;
-  auto started = PeerProcess::start({contestant.program,
-                                     contestant.method,
-                                     threads,
-                                     setting->views,
-                                     {contestant.texture ? setting->texture : setting->map}});
+  const auto started = start(*setting, contestant, threads);
   if (!started) {
     method.left_out = started.error().message;
     return method;
   }
-  const std::shared_ptr<PeerProcess> peer = std::move(*started);
+  const std::shared_ptr<PeerProcess> peer = *started;
   method.told = [=] { return peer->frame(setting->index); };
   const auto found = std::make_shared<Result<FrameErrors>>();
   method.counters = [=]() -> std::map<std::string, std::string> {
-    const auto frame = peer->samples(setting->scratch);
+    auto frame = peer->samples(setting->scratch);
     if (!frame) {
       *found = fail(frame);
       return {};
     }
     *found = errors_of(*setting, std::as_bytes(std::span(*frame)));
+    if (keep) keep(std::move(*frame));
     const double peak = setting->scenery->peak();
     const auto& [scene, image] = **found;
-    return {{"error:scene", fmt::format("{:.6g}", scene.rms)},
+    return {{"front", threads_setting(threads)},
+            {"error:scene", fmt::format("{:.6g}", scene.rms)},
             {"max_error", fmt::format("{:.4g}", image.max)},
             {"max_error_scene", fmt::format("{:.4g}", scene.max)},
             {"psnr_scene_db", fmt::format("{:.2f}", scene.psnr(peak))},

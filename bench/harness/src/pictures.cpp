@@ -141,6 +141,12 @@ std::optional<Picture> scatter(const std::string& suite, const Group& of_case, c
                  script + plot + "\n", std::max(480, 160 + 22 * static_cast<int>(rows.size()))};
 }
 
+/// Rows of a case share a picture and its front, unless they tell of which of several they are.
+std::string front_name(const Row& row) {
+  const auto found = row.counters.find("front");
+  return found == row.counters.end() ? row.case_name : row.case_name + ", " + found->second;
+}
+
 /// Names of the errors that rows of a case have, the first empty: their own.
 std::set<std::string> further_errors(const Group& of_case) {
   const std::string prefix = "error:";
@@ -313,7 +319,7 @@ std::vector<Picture> pictures(const std::vector<Row>& rows) {
   for (const Group& suite : group(rows, [](const Row& row) { return row.suite; })) {
     add(bars(suite));
     add(written(suite));
-    for (const Group& one : group(suite.rows, [](const Row& row) { return row.case_name; }))
+    for (const Group& one : group(suite.rows, front_name))
       for (const std::string& further : further_errors(one)) add(scatter(suite.name, one, further));
     for (const Group& line : group(suite.rows, [](const Row& row) {
            const auto found = row.counters.find("line");

@@ -68,9 +68,9 @@ Line line_of(const Row& row) {
 
 /// Counters that no column shows: those of the methods themselves.
 std::string other_counters(const Row& row) {
-  constexpr std::array<std::string_view, 15> shown = {
+  constexpr std::array<std::string_view, 16> shown = {
       "wall_q1_ms",  "wall_q3_ms", "rate",     "rate_unit", "line",     "x",    "x_label", "cpu_min_ms",
-      "wall_min_ms", "fault",      "point_of", "left_out",  "happened", "psnr", "picture"};
+      "wall_min_ms", "fault",      "point_of", "left_out",  "happened", "psnr", "picture", "front"};
   std::string text;
   for (const auto& [key, value] : row.counters)
     if (key.find(':') == std::string::npos && std::find(shown.begin(), shown.end(), key) == shown.end())

@@ -92,9 +92,10 @@ void add_ratio(const Aim& aim, const Comparison& comparison, const std::vector<S
       break;
   }
   if (!std::isfinite(ratio)) return;  // a baseline too short for the CPU clock, or no peak known
-  rows[a].counters[prefix + "ratio:" + aim.baseline] = fmt::format("{:.4g}", ratio);
-  if (aim.most) rows[a].counters[prefix + "aim:" + aim.baseline] = fmt::format("{:.4g}", *aim.most);
-  if (!aim.missed.empty()) rows[a].counters[prefix + "missed:" + aim.baseline] = as_counter(aim.missed);
+  const std::string of = ":" + aim.baseline + (aim.what.empty() ? "" : " (" + aim.what + ")");
+  rows[a].counters[prefix + "ratio" + of] = fmt::format("{:.4g}", ratio);
+  if (aim.most) rows[a].counters[prefix + "aim" + of] = fmt::format("{:.4g}", *aim.most);
+  if (!aim.missed.empty()) rows[a].counters[prefix + "missed" + of] = as_counter(aim.missed);
 }
 
 Result<Row> row_of(const std::string& suite, const std::string& case_name, const Comparison& comparison,
@@ -211,6 +212,11 @@ Result<std::vector<Row>> run_comparison(const std::string& suite, const std::str
   for (const Aim& aim : comparison.aims) add_ratio(aim, comparison, samples, rows);
   if (comparison.aims_of)
     for (const Aim& aim : comparison.aims_of(rows)) add_ratio(aim, comparison, samples, rows);
+  if (comparison.picture) {
+    const auto name = comparison.picture();
+    if (!name) return fail(name);
+    rows.front().counters["picture"] = *name;
+  }
   return rows;
 }
 

@@ -1,7 +1,7 @@
 // Nadir itself, through its library. Methods: a quality or a filter; behind "+" what else: "layer", a second layer.
-#include "nadir/bench/procedural_tiff.h"
 #include "nadir/render/renderer.h"
 #include "peer.h"
+#include "rule_map.h"
 
 namespace nadir::bench {
 namespace {
@@ -34,28 +34,14 @@ class NadirPeer : public Peer {
   render::Frame frame_;
 };
 
-/// A file; or "rule:SIDE:TEXEL_M", the map of a rule.
-Result<tile::Map> open_map(const std::string& name) {
-  if (!name.starts_with("rule:")) return tile::Map::open(name);
-  MapRule rule;
-  rule.width = rule.height = std::stoll(name.substr(5));
-  rule.texel = std::stod(name.substr(name.rfind(':') + 1));
-  rule.tile_size = 128;  // the map keeps 256 of them, which count as memory: 13 MB
-  rule.west = 500'000 - rule.texel * static_cast<double>(rule.width) / 2;
-  rule.north = 5'400'000 + rule.texel * static_cast<double>(rule.height) / 2;
-  const auto tiff = ProceduralTiff::make(name, rule);
-  if (!tiff) return fail(tiff);
-  return tile::Map::open(*tiff);
-}
-
 Result<std::unique_ptr<Peer>> open(const PeerSetup& setup) {
-  const auto map = open_map(setup.maps[0]);
+  const auto map = open_file_or_rule(setup.maps[0]);
   if (!map) return fail(map);
   auto scene = render::Scene::plane(map->center(), {}).with_layer("map", *map);
   const std::size_t plus = setup.method.find('+');
   const std::string how = setup.method.substr(0, plus);
   if (plus != std::string::npos) {
-    const auto second = open_map(setup.maps.at(1));
+    const auto second = open_file_or_rule(setup.maps.at(1));
     if (!second) return fail(second);
     scene = scene.with_layer("second", *second);
   }

@@ -30,7 +30,8 @@ struct Picture {
 };
 
 /// What the rows show: of each case with errors a scatter of error against time with its Pareto front, and one more for
-/// each counter `error:NAME`; of each line a quantity against size, of each suite its ratios as bars.
+/// each counter `error:NAME`, and apart those of each value of the counter `front`; of each line a quantity against
+/// size, of each suite its ratios as bars.
 std::vector<Picture> pictures(const std::vector<Row>& rows);
 
 /// Writes results.csv, each picture as PNG and SVG, and report.html, which needs no other file, into a folder.

@@ -44,7 +44,8 @@ struct Aim {
   std::string method, baseline;  // labels of methods of the comparison
   std::optional<double> most;    // nothing: only of interest
   Cost cost = Cost::wall;
-  std::string missed;  // why it is missed whatever the ratio: the two do not do the same work
+  std::string what = {};    // of several that two methods have: told behind the baseline
+  std::string missed = {};  // why it is missed whatever the ratio: the two do not do the same work
 };
 
 /// Methods that do the same work.
@@ -55,6 +56,8 @@ struct Comparison {
   std::string work_unit;  // "MB"
   std::vector<Aim> aims;
   std::function<std::vector<Aim>(const std::vector<Row>&)> aims_of;  // further ones, which hang on what was found
+  /// Makes a picture in the folder `RunOptions::pictures` after the last round, and gives its file's name; optional.
+  std::function<Result<std::string>()> picture;
   std::optional<Point> point;                                        // of all methods that have none of their own
   bool warm_up = true;  // one repetition each that does not count; false where runs are long and `prepare` warms
   bool go_on = false;   // a method that fails gets a row that says so, and the others go on; else the case fails
@@ -100,7 +103,7 @@ std::vector<std::size_t> order_of_round(std::size_t methods, std::size_t round);
 /// Counters: `rounds`, `calls`, `wall_min_ms`, `wall_q1_ms`, `wall_q3_ms`, `cpu_min_ms`; `rate` with `rate_unit`
 /// where there is work; for each aim `ratio:BASELINE` (or `cpu_ratio:BASELINE`), the median of the rounds' ratios,
 /// `aim:BASELINE` (`cpu_aim:BASELINE`) and `missed:BASELINE`; `peak_ratio:BASELINE` of peak memories; for a point
-/// `line`, `x`, `point_of` where it is the method's own, and `x_label`; and those of the method. `fault` or `left_out`,
+/// `picture` of the first method; `line`, `x`, `point_of` where it is the method's own, and `x_label`; and those of the method. `fault` or `left_out`,
 /// with the reason, of a method without times. An Error names the method. A missed aim is none.
 Result<std::vector<Row>> run_comparison(const std::string& suite, const std::string& case_name,
                                         const Comparison& comparison, const RunOptions& options);
