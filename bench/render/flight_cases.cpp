@@ -123,13 +123,9 @@ Case steady_flight(const RunOptions& options) {
               });
             };
           method.counters = [times]() -> std::map<std::string, std::string> {
-            std::map<std::string, std::string> told;
-            for (const auto& [name, q] : {std::pair{"frame_p50_ms", 0.5},
-                                          {"frame_p95_ms", 0.95},
-                                          {"frame_p99_ms", 0.99},
-                                          {"frame_max_ms", 1.0}})
-              told[name] = short_number(quantile(*times, q));
-            return told;
+            const auto at = [&](double q) { return short_number(quantile(*times, q)); };
+            return {{"happened", fmt::format("frame times: median {} ms, 95 % within {}, 99 % within {}, longest {}",
+                                             at(0.5), at(0.95), at(0.99), at(1))}};
           };
           comparison.methods.push_back(std::move(method));
         }
@@ -204,8 +200,9 @@ Case flicker(const RunOptions& options) {
                   return {};
                 }
                 *found = std::sqrt(squares);
-                return {{"flicker_of_ideal", short_number(std::sqrt(ideal_squares))},
-                        {"flicker_over_ideal", short_number(std::sqrt(squares / ideal_squares))},
+                return {{"happened",
+                         fmt::format("{:.2f} times the {} of the ideal pictures", std::sqrt(squares / ideal_squares),
+                                     short_number(std::sqrt(ideal_squares)))},
                         {"psnr", fmt::format("{:.1f} image", 10 * std::log10(255 * 255 / errors))}};
               };
               method.error = [=] { return *found; };
