@@ -110,8 +110,8 @@ Method method_of(const std::shared_ptr<const ViewSetting>& setting, const Contes
             {"error:scene", fmt::format("{:.6g}", scene.rms)},
             {"max_error", fmt::format("{:.4g}", image.max)},
             {"max_error_scene", fmt::format("{:.4g}", scene.max)},
-            {"psnr_scene_db", fmt::format("{:.2f}", scene.psnr(peak))},
-            {"psnr_image_db", fmt::format("{:.2f}", image.psnr(peak))},
+            {"psnr_scene_db", fmt::format("{:.2f}", std::min(scene.psnr(peak), 999.0))},
+            {"psnr_image_db", fmt::format("{:.2f}", std::min(image.psnr(peak), 999.0))},
             {"psnr", fmt::format("{:.1f} scene, {:.1f} image", scene.psnr(peak), image.psnr(peak))},
             {"homography_error_px", fmt::format("{:.2g}", setting->view.homography_error_px)}};
   };

@@ -14,7 +14,7 @@ class Crops {
   explicit Crops(std::shared_ptr<const ViewSetting> setting) : setting_(std::move(setting)) {}
 
   void add(const std::string& caption, const std::string& frame);
-  /// Writes the picture. NotFound where the program was built without image files.
+  /// Writes the picture.
   Result<void> write(const std::filesystem::path& path, const std::string& title) const;
 
  private:

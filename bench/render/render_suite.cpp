@@ -6,6 +6,7 @@
 #include "contestants.h"
 #include "crops.h"
 #include "flight_cases.h"
+#include "nadir/record/image_files.h"
 #include "rule_map.h"
 
 namespace nadir::bench {
@@ -45,7 +46,7 @@ Case one_view(const RunOptions& options, const Pose& pose, const FrameSize& size
                   if (n == threads[0]) crops->add(contestant.name, frame);
                 }));
             comparison.aims_of = [=](const std::vector<Row>& rows) { return aims_of_view(pose.name, rows); };
-            if (!options.pictures.empty())
+            if (!options.pictures.empty() && record::image_files())
               comparison.picture = [=]() -> Result<std::string> {
                 const std::string file = fmt::format("render-{}-{}x{}-crops.png", pose.name, size.width, size.height);
                 const auto written =

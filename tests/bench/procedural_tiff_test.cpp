@@ -50,6 +50,46 @@ T value_at(const ByteSource& source, std::uint64_t offset) {
   return value;
 }
 
+TEST(RepeatedContent, IsReadByGdalFromAFileThatHoldsItOnce) {
+  constexpr int period = 64, tile = 16, side = 256;
+  std::mt19937 engine(3);
+  std::vector<float> texels(period * period * 3);
+  for (float& texel : texels) texel = static_cast<float>(engine() % 256);
+  MapRule rule{.width = side, .height = side, .tile_size = tile, .texture = true};
+  rule.content = std::make_shared<const RepeatedContent>(texels, period, 3, true);
+  const test::TemporaryFolder folder;
+  const auto path = folder.path() / "repeated.tif";
+  ASSERT_TRUE(write_map(path, rule));
+  EXPECT_LT(std::filesystem::file_size(path), side * side * 3u / 4) << "equal tiles lie there once";
+
+  const Dataset dataset = open_with_gdal(path);
+  ASSERT_TRUE(dataset);
+  GDALRasterBand& band = *dataset->GetRasterBand(2);
+  ASSERT_EQ(band.GetOverviewCount(), 4);
+  for (int level = 0; level <= 4; ++level) {
+    GDALRasterBand& at_level = level == 0 ? band : *band.GetOverview(level - 1);
+    const int n = side >> level;
+    std::vector<float> got(static_cast<std::size_t>(n * n));
+    ASSERT_EQ(at_level.RasterIO(GF_Read, 0, 0, n, n, got.data(), n, n, GDT_Float32, 0, 0, nullptr), CE_None);
+    int wrong = 0;
+    for (int y = 0; y < n; ++y)
+      for (int x = 0; x < n; ++x) wrong += got[static_cast<std::size_t>(y * n + x)] != rule.content->at(level, 1, x, y);
+    EXPECT_EQ(wrong, 0) << "level " << level;
+  }
+  // The second level by its definition
+  const auto texel = [&](int x, int y) { return texels[static_cast<std::size_t>((y * period + x) * 3)]; };
+  EXPECT_EQ(rule.content->at(1, 0, 2, 1 + period / 2),
+            std::floor((texel(4, 2) + texel(5, 2) + texel(4, 3) + texel(5, 3)) / 4 + 0.5f));
+}
+
+TEST(RepeatedContent, MustFitTiles) {
+  MapRule rule{.width = 256, .height = 256, .tile_size = 48};
+  rule.content = std::make_shared<const RepeatedContent>(std::vector<float>(64 * 64 * 3), 64, 3, true);
+  const auto refused = ProceduralTiff::make("m", rule);
+  ASSERT_FALSE(refused);
+  EXPECT_NE(refused.error().message.find("repeats after 64 texels"), std::string::npos);
+}
+
 TEST(Rule, ValuesAreTheSameOnEveryMachine) {
   // As the formula gives in whole numbers of any size: a change makes results of other versions incomparable.
   EXPECT_EQ(rule_sample(SampleType::u16, 0, 0, 0, 0), 31505);

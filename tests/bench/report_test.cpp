@@ -4,6 +4,7 @@
 
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
 #include <regex>
 
 #include "support/temporary_folder.h"
@@ -59,6 +60,28 @@ TEST(Report, ThereIsAPictureForErrorsRatiosAndLines) {
   for (const Picture& picture : pictures(some_rows())) names.push_back(picture.name);
   EXPECT_EQ(names, (std::vector<std::string>{"s-ratios", "s-c--1--error", "s-reading-time"}));
   EXPECT_TRUE(pictures({row("alone", 1, 1)}).empty()) << "one point shows no trade";
+}
+
+TEST(Report, FurtherErrorsAndFrontsHavePicturesOfTheirOwn) {
+  auto rows = some_rows();
+  rows.resize(3);
+  rows.push_back(row("d", 4, 1));
+  rows[0].counters = {{"error:truth", "3"}, {"front", "1 thread"}};
+  rows[1].counters = {{"error:truth", "2"}, {"front", "1 thread"}};
+  rows[2].counters = rows[3].counters = {{"front", "2 threads"}};
+  std::vector<std::string> names;
+  for (const Picture& picture : pictures(rows)) names.push_back(picture.name);
+  EXPECT_EQ(names, (std::vector<std::string>{"s-c--1---1-thread-error", "s-c--1---1-thread-error-truth",
+                                             "s-c--1---2-threads-error"}));
+}
+
+TEST(Report, APictureOfACaseIsPartOfThePage) {
+  const test::TemporaryFolder folder;
+  auto rows = some_rows();
+  rows[0].counters["picture"] = "p.png";
+  std::ofstream(folder.path() / "p.png") << "abc";
+  ASSERT_TRUE(write_report(rows, {"nadir bench s", {}}, folder.path()));
+  EXPECT_NE(test::bytes_of(folder.path() / "report.html").find("data:image/png;base64,YWJj"), std::string::npos);
 }
 
 TEST(Report, ThePageNeedsNoOtherFileAndEscapesNames) {

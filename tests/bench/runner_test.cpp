@@ -43,6 +43,30 @@ TEST(Statistics, TheParetoFrontHoldsWhatNoneBeats) {
   EXPECT_EQ(pareto_front(time, error), (std::vector<std::size_t>{0, 1}));
 }
 
+TEST(Runner, TakesTheTimesThatAMethodTells) {
+  Comparison comparison{.warm_up = false};
+  comparison.methods = {{.name = "a",
+                         .told = []() -> Result<Usage> {
+                           return Usage{3, 5, 7};
+                         }},
+                        {.name = "b", .told = []() -> Result<Usage> {
+                           return Usage{2, 2, 9};
+                         }}};
+  comparison.aims_of = [](const std::vector<Row>& rows) -> std::vector<Aim> {
+    EXPECT_EQ(rows[0].wall_ms, 3);
+    return {{.method = "a", .baseline = "b", .most = 2, .what = "sharp", .missed = "blurred"}};
+  };
+  comparison.picture = []() -> Result<std::string> { return "p.png"; };
+  const auto rows = run_comparison("s", "c", comparison, {.rounds = 3});
+  ASSERT_TRUE(rows);
+  EXPECT_EQ((*rows)[0].cpu_ms, 5);
+  EXPECT_EQ((*rows)[0].peak_bytes, 7u);
+  EXPECT_EQ((*rows)[0].counters.at("ratio:b (sharp)"), "1.5");
+  EXPECT_EQ((*rows)[0].counters.at("aim:b (sharp)"), "2");
+  EXPECT_EQ((*rows)[0].counters.at("picture"), "p.png");
+  EXPECT_NE(to_table(*rows).find("1.50x b (sharp) (aim 2.00x) miss: blurred"), std::string::npos) << to_table(*rows);
+}
+
 TEST(Runner, WhereOthersGoOnAMethodThatFailsHasARowThatSaysWhyAndNoTimes) {
   int runs = 0;
   Comparison comparison{.warm_up = false, .go_on = true};

@@ -93,6 +93,49 @@ class Bench(unittest.TestCase):
             if "mosaic" not in case:
                 self.assertTrue(any(row["case"] == case and row["method"].startswith("nadir") and row["wall_ms"] for row in rows))
 
+    def test_frames_are_measured_beside_what_they_ought_to_show(self):
+        out = self.folder / "render"
+        done = bench("render", "--quick", "--rounds", 1, "--case", "o75", "-o", out)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        with open(out / "results.csv", newline="") as file:
+            rows = list(csv.DictReader(file))
+        kinds = ("o75, ", "cold, ", "growth ", "u16 x 4, ", "f32 x 1, ")
+        for kind in kinds:
+            self.assertTrue(any(row["case"].startswith(kind) for row in rows), kind)
+        views = [row for row in rows if row["case"].startswith("o75, ")]
+        for row in views:
+            counters = dict(pair.rsplit("=", 1) for pair in row["counters"].split(";"))
+            if "left_out" in counters:
+                self.assertEqual(row["wall_ms"], "", row)
+                continue
+            for column in ("wall_ms", "cpu_ms", "error", "peak_bytes"):
+                self.assertGreater(float(row[column]), 0, row)
+            # Every method shows the same picture: nothing that moves it by a pixel or exchanges bands reaches this
+            self.assertGreater(float(counters["psnr_image_db"]), 25, row)
+            self.assertLess(float(counters["homography_error_px"]), 0.01, row)
+        told = {row["method"]: row["counters"] for row in views}
+        self.assertIn("ratio:", told["nadir balanced"])
+        page = (out / "report.html").read_text()
+        self.assertIn("<svg", page)
+        if list(out.glob("*-crops.png")):
+            self.assertIn("data:image/png;base64,", page)
+
+        # A peer whose program is not there is left out, and said to be
+        alone = self.folder / "alone"
+        alone.mkdir()
+        beside = pathlib.Path(NADIR).parent
+        for program in ("nadir-bench", "nadir-build", "nadir-peer-nadir"):
+            shutil.copy(beside / program, alone)
+        for module in beside.glob("*.so"):
+            shutil.copy(module, alone)
+        done = subprocess.run([alone / "nadir-bench", "render", "--quick", "--rounds", "1", "--case", "o75, ", "--json"],
+                              capture_output=True, text=True, timeout=240)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        left = {row["method"]: row for row in json.loads(done.stdout) if row["case"].startswith("o75, ")}
+        self.assertGreater(left["nadir draft"]["wall_ms"], 0)
+        self.assertIn("nadir-peer-opencv was not built", left["original"]["counters"]["left_out"])
+        self.assertNotIn("wall_ms", left["original"])
+
     def test_a_builder_that_fails_is_told_and_not_timed(self):
         programs = self.folder / "programs"
         programs.mkdir()

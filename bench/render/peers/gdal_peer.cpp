@@ -37,7 +37,7 @@ class Warp : public Peer {
       return fail(Error::Kind::NotFound, "no method '" + setup.method + "'");
     peer->resampling_ = setup.method == "average" ? GRA_Average : GRA_Bilinear;
     peer->threads_ = setup.threads;
-    GetGDALDriverManager()->GetDriverByName("MEM") ? void() : GDALRegister_MEM();
+    GDALRegister_MEM();
     return peer;
   }
   explicit Warp(GdalLevels map) : map_(std::move(map)) {}
