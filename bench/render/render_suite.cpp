@@ -78,7 +78,7 @@ Case reference_filter(const RunOptions& options) {
 
 /// Other types of samples.
 Case other_type(const RunOptions& options, const std::string& name, const MapKind& kind, const Pose& pose) {
-  const FrameSize size = large(options);
+  const FrameSize size = options.quick ? large(options) : FrameSize{1280, 720};  // o75 fits their map
   return {fmt::format("{}, {}, {}", name, pose.name, size.name()), [=]() -> Result<Comparison> {
             const auto scenery = std::make_shared<const Scenery>(options, kind);
             const auto setting = setting_of(options, scenery, pose, size.width, size.height, "none",
@@ -161,7 +161,7 @@ Case cold_start(const RunOptions& options, const Pose& pose) {
 
 /// Time and memory for maps of any size, by rule.
 Case growth(const RunOptions& options, const Pose& pose) {
-  const FrameSize size = options.quick ? FrameSize{160, 120} : FrameSize{640, 480};
+  const FrameSize size = options.quick ? FrameSize{160, 120} : FrameSize{320, 240};  // o75 fits the smallest map
   return {fmt::format("growth with the map, {}, {}", pose.name, size.name()), [=]() -> Result<Comparison> {
             Comparison comparison;
             const auto nadir = contestants({"nadir balanced"})[0];

@@ -16,7 +16,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double yaw_deg = 10;
+constexpr double yaw_deg = 4;          // more, and n8 would leave its map
 constexpr double focal_per_width = 2;  // 28 degrees across: o75 then ends 5 degrees below the horizon
 
 std::string type_name(SampleType type) {

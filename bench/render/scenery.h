@@ -11,7 +11,7 @@
 
 namespace nadir::bench {
 
-/// A camera over the middle of a map, image top 10 degrees east of north.
+/// A camera over the middle of a map, image top 4 degrees east of north.
 struct Pose {
   std::string name;
   double texels = 1;     // of the map to a pixel, across the line of sight at the image's middle

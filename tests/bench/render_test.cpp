@@ -17,7 +17,7 @@ TEST(KnownContent, MeansOfParallelogramsAreThoseOfManyPoints) {
   Eigen::Matrix2d sides;
   sides << 3.1, -0.7, 1.2, 2.4;
   const Eigen::Vector2d centre(-31.3, 500.9);
-  constexpr int n = 64;
+  constexpr int n = 256;
   std::array<double, KnownContent::most_bands> sum{};
   for (int j = 0; j < n; ++j)
     for (int i = 0; i < n; ++i) {

@@ -3,6 +3,7 @@
 #include <gdalwarper.h>
 
 #include <Eigen/LU>
+#include <array>
 
 #include "gdal_levels.h"
 
@@ -30,44 +31,62 @@ int transform(void* of, int to_frame_inverse, int count, double* x, double* y, d
 class Warp : public Peer {
  public:
   static Result<std::unique_ptr<Peer>> open(const PeerSetup& setup) {
-    auto map = GdalLevels::open(setup.maps[0]);
-    if (!map) return fail(map);
-    auto peer = std::make_unique<Warp>(std::move(*map));
     if (setup.method != "bilinear" && setup.method != "average")
       return fail(Error::Kind::NotFound, "no method '" + setup.method + "'");
+    auto peer = std::make_unique<Warp>();
+    for (int i = 0; i < setup.threads; ++i) {  // a dataset serves one thread at a time
+      auto map = GdalLevels::open(setup.maps[0]);
+      if (!map) return fail(map);
+      peer->maps_.push_back(std::move(*map));
+    }
     peer->resampling_ = setup.method == "average" ? GRA_Average : GRA_Bilinear;
-    peer->threads_ = setup.threads;
     GDALRegister_MEM();
     return peer;
   }
-  explicit Warp(GdalLevels map) : map_(std::move(map)) {}
 
   Result<void> render(const View& view) override {
-    const int bands = map_.bands(), texel = map_.texel_bytes(), sample = texel / bands;
-    frame_.resize(static_cast<std::size_t>(view.width) * static_cast<std::size_t>(view.height * texel));
-    // The frame as a dataset
+    frame_.resize(static_cast<std::size_t>(view.width) *
+                  static_cast<std::size_t>(view.height * maps_[0].texel_bytes()));
+    // GDAL's own threads take only transformers that it made itself
+    const int threads = static_cast<int>(maps_.size());
+    std::vector<Result<void>> done(maps_.size());
+    in_bands(view.height, threads, threads, [&](int band, int first_row, int rows) {
+      done[static_cast<std::size_t>(band)] = render_band(view, maps_[static_cast<std::size_t>(band)], first_row, rows);
+    });
+    for (const auto& one : done)
+      if (!one) return one;
+    return {};
+  }
+  std::span<const std::byte> samples() const override { return frame_; }
+
+ private:
+  Result<void> render_band(const View& view, const GdalLevels& map, int first_row, int rows) {
+    const int bands = map.bands(), texel = map.texel_bytes(), sample = texel / bands, line = texel * view.width;
+    // The rows as a dataset
     GDALDriver* const memory = GetGDALDriverManager()->GetDriverByName("MEM");
-    const std::unique_ptr<GDALDataset> frame(memory->Create("", view.width, view.height, 0, map_.type(), nullptr));
+    const std::unique_ptr<GDALDataset> frame(memory->Create("", view.width, rows, 0, map.type(), nullptr));
+    std::byte* const first = frame_.data() + static_cast<std::ptrdiff_t>(first_row) * line;
     for (int b = 0; b < bands; ++b) {
       std::array<char, 64> pointer{};
-      pointer[static_cast<std::size_t>(CPLPrintPointer(pointer.data(), frame_.data() + b * sample, 63))] = 0;
+      pointer[static_cast<std::size_t>(CPLPrintPointer(pointer.data(), first + b * sample, 63))] = 0;
       const std::string data = std::string("DATAPOINTER=") + pointer.data(),
-                        pixel = "PIXELOFFSET=" + std::to_string(texel),
-                        line = "LINEOFFSET=" + std::to_string(texel * view.width);
-      const char* const options[] = {data.c_str(), pixel.c_str(), line.c_str(), nullptr};
-      frame->AddBand(map_.type(), const_cast<char**>(options));
+                        pixel_offset = "PIXELOFFSET=" + std::to_string(texel),
+                        line_offset = "LINEOFFSET=" + std::to_string(line);
+      const char* const options[] = {data.c_str(), pixel_offset.c_str(), line_offset.c_str(), nullptr};
+      frame->AddBand(map.type(), const_cast<char**>(options));
     }
 
     const MapPoint middle = map_point(view.map_pixel_from_image_pixel, view.width / 2.0, view.height / 2.0);
     int level = 0;
-    while (level + 1 < map_.count() && map_.texels_x(level + 1) < footprint_texels(middle) * 1.01) ++level;
-    Homography corner_from_centre, level_from_texel;
+    while (level + 1 < map.count() && map.texels_x(level + 1) < footprint_texels(middle) * 1.01) ++level;
+    Homography corner_from_centre, level_from_texel, frame_from_rows;
     corner_from_centre << 1, 0, 0.5, 0, 1, 0.5, 0, 0, 1;
-    level_from_texel << 1 / map_.texels_x(level), 0, 0, 0, 1 / map_.texels_y(level), 0, 0, 0, 1;
+    level_from_texel << 1 / map.texels_x(level), 0, 0, 0, 1 / map.texels_y(level), 0, 0, 0, 1;
+    frame_from_rows << 1, 0, 0, 0, 1, first_row, 0, 0, 1;
     Transformer transformer;
     transformer.level_from_frame = level_from_texel * corner_from_centre *
                                    Eigen::Map<const Homography>(view.map_pixel_from_image_pixel.data()) *
-                                   corner_from_centre.inverse();
+                                   corner_from_centre.inverse() * frame_from_rows;
     transformer.frame_from_level = transformer.level_from_frame.inverse();
     struct Destroy {
       void operator()(void* t) const { GDALDestroyApproxTransformer(t); }
@@ -76,7 +95,7 @@ class Warp : public Peer {
     const std::unique_ptr<void, Destroy> approximate(GDALCreateApproxTransformer(transform, &transformer, 0.125));
 
     const std::unique_ptr<GDALWarpOptions, Destroy> options(GDALCreateWarpOptions());
-    options->hSrcDS = &map_.dataset(level);
+    options->hSrcDS = &map.dataset(level);
     options->hDstDS = frame.get();
     options->eResampleAlg = resampling_;
     options->dfWarpMemoryLimit = static_cast<double>(peer_cache_bytes);
@@ -87,21 +106,16 @@ class Warp : public Peer {
     options->pfnTransformer = GDALApproxTransform;
     options->pTransformerArg = approximate.get();
     options->papszWarpOptions = CSLSetNameValue(options->papszWarpOptions, "INIT_DEST", "0");
-    options->papszWarpOptions =
-        CSLSetNameValue(options->papszWarpOptions, "NUM_THREADS", std::to_string(threads_).c_str());
     GDALWarpOperation operation;
     if (operation.Initialize(options.get()) != CE_None ||
-        operation.ChunkAndWarpImage(0, 0, view.width, view.height) != CE_None)
+        operation.ChunkAndWarpImage(0, 0, view.width, rows) != CE_None)
       return fail(Error::Kind::Io, std::string("GDAL cannot warp: ") + CPLGetLastErrorMsg());
     frame->FlushCache();
     return {};
   }
-  std::span<const std::byte> samples() const override { return frame_; }
 
- private:
-  GdalLevels map_;
+  std::vector<GdalLevels> maps_;
   GDALResampleAlg resampling_ = GRA_Bilinear;
-  int threads_ = 1;
   std::vector<std::byte> frame_;
 };
 
