@@ -105,7 +105,7 @@ Sampling sampling_of(const Layer& layer, const RenderOptions& options) {
 /// From the cheapest to the finest. Without cubic samples, which are nearer to the ground than to the reference.
 std::vector<Sampling> ways_of_sampling() {
   std::vector<Sampling> ways = {sampling_for(Quality::draft)};
-  for (const double oversampling : {1.5, 2.0, 3.0, 4.0, 6.0, 8.0}) {
+  for (const double oversampling : {1.6, 2.1, 3.1, 4.1, 6.1, 8.1}) {
     ways.push_back(sampling_for(Quality::balanced));
     ways.back().oversampling = oversampling;
   }
@@ -189,9 +189,9 @@ void finish_layer(const Layer& layer, const RenderOptions& options, FrameLayer& 
     out.samples = convert(out.samples.data(), out.type, pixels * static_cast<std::size_t>(out.bands), *output);
     out.type = output->type;
   }
-  finish_invalid(out, options);
-  out.truth.valid_fraction =
-      static_cast<double>(std::count(out.validity.begin(), out.validity.end(), 1)) / static_cast<double>(pixels);
+  const auto valid = static_cast<std::size_t>(std::count(out.validity.begin(), out.validity.end(), 1));
+  if (valid < pixels) finish_invalid(out, options);
+  out.truth.valid_fraction = static_cast<double>(valid) / static_cast<double>(pixels);
 }
 
 Result<void> check_options(const RenderOptions& options) {

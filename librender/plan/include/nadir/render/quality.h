@@ -20,8 +20,8 @@ Result<Filter> parse_filter(std::string_view text);
 /// Points on the curve of error against run time.
 enum class Quality {
   draft,     // Bilinear
-  balanced,  // Mip, one and a half samples across the footprint's shorter axis, rounded up
-  best,      // Mip, three samples across it; where a pixel spans a texel or less, Bicubic
+  balanced,  // Mip, 1.6 samples across the footprint's shorter axis, rounded up
+  best,      // Mip, 3.1 samples across it; where a pixel spans a texel or less, Bicubic
 };
 std::string_view to_string(Quality quality);
 Result<Quality> parse_quality(std::string_view text);
