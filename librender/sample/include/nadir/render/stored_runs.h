@@ -23,8 +23,8 @@ void for_each_stored_run(std::int64_t first, int count, std::int32_t width, bool
     const auto stored = static_cast<std::int32_t>(around ? turned : std::clamp<std::int64_t>(counted, 0, width - 1));
     int run = 1;  // repeated columns one by one: they are few
     if (around || counted == stored) {
-      const std::int32_t cell_end = (stored / tile::cell_size + 1) * tile::cell_size;
-      run = std::min(std::min(cell_end, width) - stored, count - to);
+      const std::int64_t cell_end = (std::int64_t{stored} / tile::cell_size + 1) * tile::cell_size;  // may be 2^31
+      run = std::min(static_cast<int>(std::min<std::int64_t>(cell_end, width) - stored), count - to);
     }
     visit(StoredRun{to, run, stored});
     to += run;
