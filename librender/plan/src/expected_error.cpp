@@ -88,50 +88,93 @@ double images(const Axis& x, const Axis& y, double weight, bool shared) {
   return sum;
 }
 
-/// Mean of `f` over the power in an octave, the ring between two squares of frequencies: within it power falls with the
-/// square of the frequency, as between octaves of imagery.
+/// The frequency of place `i` of an axis in an octave, of which there are `steps`.
+double frequency_at(int octave, int i) { return std::ldexp(1.0, -(octave + 1)) * (i + 0.5) / steps; }
+
+/// Mean of `f(i, j)` over the power in an octave, the ring between two squares of places: within it power falls with
+/// the square of the frequency, as between octaves of imagery.
 template <class F>
-double mean_over(int octave, F&& f) {
-  const double side = std::ldexp(1.0, -(octave + 1));
+double mean_over_ring(F&& f) {
   double sum = 0, power = 0;
   for (int j = 0; j < steps; ++j)
     for (int i = 0; i < steps; ++i) {
       if (2 * i < steps && 2 * j < steps) continue;
       const double weight = 1 / (square(i + 0.5) + square(j + 0.5));
-      sum += weight * f(side * (i + 0.5) / steps, side * (j + 0.5) / steps);
+      sum += weight * f(static_cast<std::size_t>(i), static_cast<std::size_t>(j));
       power += weight;
     }
   return sum / power;
 }
 
+/// At all places of an axis in an octave.
+using Axes = std::array<Axis, steps>;
+Axes axes_in(int octave, double footprint, int samples, int level, bool cubic) {
+  Axes axes;
+  for (int i = 0; i < steps; ++i)
+    axes[static_cast<std::size_t>(i)] = axis_at(frequency_at(octave, i), footprint, samples, level, cubic);
+  return axes;
+}
+
+}  // namespace
+
+namespace {
+
+/// What of an octave's power a level loses whose parent stands for it. Beyond these octaves it is below 1e-5.
+class LostShares {
+ public:
+  double operator()(int level, int octave) const {
+    const int d = octave - level;
+    if (d < -coarser_levels || d >= octaves) return 0;
+    return shares_[static_cast<std::size_t>(std::min(level, coarser_levels))]
+                  [static_cast<std::size_t>(d + coarser_levels)];
+  }
+  static const LostShares& get() {
+    static const LostShares shares;
+    return shares;
+  }
+
+ private:
+  // Three halvings away from level 0, what came before has no part in the octaves that are left
+  static constexpr int coarser_levels = 3, octaves = 5;
+
+  LostShares() {
+    for (int level = 0; level <= coarser_levels; ++level)
+      for (int octave = 0; octave < level + octaves; ++octave)
+        shares_[static_cast<std::size_t>(level)][static_cast<std::size_t>(octave - level + coarser_levels)] =
+            share(level, octave);
+  }
+
+  static double share(int level, int octave) {
+    std::array<double, steps> held, parent;
+    for (int i = 0; i < steps; ++i) {
+      const double f = frequency_at(octave, i), texel = std::ldexp(1.0, level);
+      held[static_cast<std::size_t>(i)] = level_response(level, f);
+      // A parent stands for its four texels: a box of two texels
+      parent[static_cast<std::size_t>(i)] = halving(f * texel) * sinc(2 * f * texel);
+    }
+    return mean_over_ring(
+        [&](std::size_t i, std::size_t j) { return square(held[i] * held[j] * (1 - parent[i] * parent[j])); });
+  }
+  std::array<std::array<double, coarser_levels + octaves>, coarser_levels + 1> shares_{};
+};
+
 }  // namespace
 
 std::vector<double> ErrorModel::octave_powers(std::span<const double> losses) {
   const int n = static_cast<int>(std::min<std::size_t>(losses.size(), most_octaves));
-  // What of an octave's power level k loses: it holds what k halvings by boxes leave, and its parent less
-  const auto lost = [](int level, int octave) {
-    return mean_over(octave, [&](double fx, double fy) {
-      const double texel = std::ldexp(1.0, level);
-      // A parent stands for its four texels: a box of two texels
-      const double parent = halving(fx * texel) * sinc(2 * fx * texel) * halving(fy * texel) * sinc(2 * fy * texel);
-      return square(level_response(level, fx) * level_response(level, fy) * (1 - parent));
-    });
-  };
-  std::vector<std::vector<double>> m(static_cast<std::size_t>(n), std::vector<double>(static_cast<std::size_t>(n)));
-  for (int k = 0; k < n; ++k)
-    for (int i = 0; i < n; ++i) m[static_cast<std::size_t>(k)][static_cast<std::size_t>(i)] = lost(k, i);
+  const LostShares& lost = LostShares::get();
   // Non-negative, by multiplying: the steps of Richardson and Lucy
   std::vector<double> powers(static_cast<std::size_t>(n));
   for (std::size_t i = 0; i < powers.size(); ++i) powers[i] = square(losses[i]);
   for (int turn = 0; turn < 60; ++turn) {
     std::vector<double> factor(powers.size(), 0), weight(powers.size(), 0);
-    for (std::size_t k = 0; k < powers.size(); ++k) {
+    for (int k = 0; k < n; ++k) {
       double predicted = 0;
-      for (std::size_t i = 0; i < powers.size(); ++i) predicted += m[k][i] * powers[i];
-      const double ratio = predicted > 0 ? square(losses[k]) / predicted : 1;
-      for (std::size_t i = 0; i < powers.size(); ++i) {
-        factor[i] += m[k][i] * ratio;
-        weight[i] += m[k][i];
+      for (int i = 0; i < n; ++i) predicted += lost(k, i) * powers[static_cast<std::size_t>(i)];
+      const double ratio = predicted > 0 ? square(losses[static_cast<std::size_t>(k)]) / predicted : 1;
+      for (int i = 0; i < n; ++i) {
+        factor[static_cast<std::size_t>(i)] += lost(k, i) * ratio;
+        weight[static_cast<std::size_t>(i)] += lost(k, i);
       }
     }
     for (std::size_t i = 0; i < powers.size(); ++i)
@@ -145,19 +188,22 @@ std::vector<double> ErrorModel::shares(const SampledFootprint& f) const {
   const double shorter = std::max(std::min(f.width, f.height), 1.0);
   const int first = std::max(0, static_cast<int>(std::floor(std::log2(shorter))) - octaves_above);
   for (int octave = first; octave < most_octaves; ++octave) {
-    const double share = mean_over(octave, [&](double fx, double fy) {
-      const Axis x = axis_at(fx, f.width, f.samples_x, f.level, f.cubic),
-                 y = axis_at(fy, f.height, f.samples_y, f.level, f.cubic);
-      double arrived = (1 - f.coarser) * x.amplitudes[0] * y.amplitudes[0];
-      double error = images(x, y, 1 - f.coarser, f.level == 0);
+    const Axes x = axes_in(octave, f.width, f.samples_x, f.level, f.cubic),
+               y = axes_in(octave, f.height, f.samples_y, f.level, f.cubic);
+    Axes cx{}, cy{};  // of the coarser level
+    if (f.coarser > 0) {
+      cx = axes_in(octave, f.width, f.samples_x, f.level + 1, f.cubic);
+      cy = axes_in(octave, f.height, f.samples_y, f.level + 1, f.cubic);
+    }
+    const double share = mean_over_ring([&](std::size_t i, std::size_t j) {
+      double arrived = (1 - f.coarser) * x[i].amplitudes[0] * y[j].amplitudes[0];
+      double error = images(x[i], y[j], 1 - f.coarser, f.level == 0);
       if (f.coarser > 0) {
-        const Axis cx = axis_at(fx, f.width, f.samples_x, f.level + 1, f.cubic),
-                   cy = axis_at(fy, f.height, f.samples_y, f.level + 1, f.cubic);
         // Of the coarser level's images every second one falls on the finer one's; they are taken as others
-        arrived += f.coarser * cx.amplitudes[0] * cy.amplitudes[0];
-        error += images(cx, cy, f.coarser, false);
+        arrived += f.coarser * cx[i].amplitudes[0] * cy[j].amplitudes[0];
+        error += images(cx[i], cy[j], f.coarser, false);
       }
-      return error + square(arrived - x.reference[0] * y.reference[0]);
+      return error + square(arrived - x[i].reference[0] * y[j].reference[0]);
     });
     result[static_cast<std::size_t>(octave)] = share;
     if (octave > f.level + 3 && share < least_share) break;
@@ -166,7 +212,7 @@ std::vector<double> ErrorModel::shares(const SampledFootprint& f) const {
 }
 
 double ErrorModel::mean_square_error(std::span<const double> octave_powers, const SampledFootprint& footprint) {
-  constexpr double grain = 16;
+  constexpr double grain = 4;
   const auto rounded = [](double x) { return static_cast<int>(std::lround(grain * std::log2(std::max(x, 1e-6)))); };
   const Key key{rounded(footprint.width), rounded(footprint.height),
                 footprint.samples_x,      footprint.samples_y,

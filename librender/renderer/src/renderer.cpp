@@ -136,20 +136,21 @@ Result<SampledPlan> plan_sampling(const Layer& layer, const PatchMapping& mappin
       p.expected_rmse = *rmse * output_scale(layer);
     return p;
   };
-  SampledPlan first = planned(sampling_of(layer, options));
-  if (!options.max_error || first.sampling.filter == Filter::Nearest || first.plan.blocks.empty()) return first;
+  if (!options.max_error || layer.options.role == tile::Role::Labels) return planned(sampling_of(layer, options));
+  SampledPlan chosen;
   for (const Sampling& way : ways_of_sampling()) {
-    first = planned(way);
-    if (!first.expected_rmse)
+    chosen = planned(way);
+    if (chosen.plan.blocks.empty()) break;  // sees none of the map
+    if (!chosen.expected_rmse)
       return fail(Error::Kind::Unsupported,
                   fmt::format("layer {}: no error can be predicted for {}, {}: choose a quality instead", layer.name,
                               layer.source->map().description().path,
                               layer.source->domain() == tile::Domain::Decibel
                                   ? "whose values are decibels"
                                   : "which does not tell what its levels lose (a map made by nadir build does)"));
-    if (*first.expected_rmse <= *options.max_error) break;
+    if (*chosen.expected_rmse <= *options.max_error) break;
   }
-  return first;
+  return chosen;
 }
 
 /// A layer of the frame with its geometric truth, but no pixels yet.

@@ -33,7 +33,8 @@ class ErrorModel {
   static std::vector<double> octave_powers(std::span<const double> losses);
 
   /// Mean square error of pixels sampled so. Octaves beyond the last one that has a power are taken to have none.
-  /// Thread-safe; what it computed it keeps, by footprints rounded to a sixteenth of an octave.
+  /// Thread-safe; what it computed it keeps, by footprints rounded to a quarter of an octave and shares of levels to a
+  /// quarter.
   double mean_square_error(std::span<const double> octave_powers, const SampledFootprint& footprint);
 
  private:
