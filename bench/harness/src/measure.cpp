@@ -3,7 +3,6 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <malloc.h>
-#include <spawn.h>
 #include <sys/mman.h>
 #include <sys/ptrace.h>
 #include <sys/resource.h>
@@ -11,6 +10,7 @@
 #include <time.h>
 #include <unistd.h>
 
+#include <array>
 #include <cassert>
 #include <cerrno>
 #include <chrono>
@@ -163,23 +163,32 @@ Result<Usage> measure_command(const std::vector<std::string>& command) {
   for (const std::string& word : command) argv.push_back(const_cast<char*>(word.c_str()));
   argv.push_back(nullptr);
   const Descriptor errors(::memfd_create("stderr", MFD_CLOEXEC));
-  posix_spawn_file_actions_t actions;
-  ::posix_spawn_file_actions_init(&actions);
-  ::posix_spawn_file_actions_addopen(&actions, 0, "/dev/null", O_RDONLY, 0);
-  ::posix_spawn_file_actions_addopen(&actions, 1, "/dev/null", O_WRONLY, 0);
-  ::posix_spawn_file_actions_adddup2(&actions, errors.get(), 2);
+  std::array<int, 2> ends{};
+  if (::pipe2(ends.data(), O_CLOEXEC) != 0)
+    return fail(Error::Kind::Io, fmt::format("{}: cannot be started: {}", command[0], std::strerror(errno)));
+  const Descriptor problems(ends[0]);  // the child's errno, where it could not start the program
+  Descriptor told(ends[1]);
 
-  const auto start = Clock::now();
-  pid_t child = 0;
-  const int problem = ::posix_spawnp(&child, argv[0], &actions, nullptr, argv.data(), environ);
-  ::posix_spawn_file_actions_destroy(&actions);
-  if (problem != 0)
-    return fail(problem == ENOENT ? Error::Kind::NotFound : Error::Kind::Io,
-                fmt::format("{}: cannot be started: {}", command[0], std::strerror(problem)));
+  // The usage that wait4 gives begins with the peak of the process that started it: Linux counts the memory that exec
+  // leaves behind. So we stop the program where it is about to exit and look at its own peak. It waits for us before it
+  // starts: a short one could end before we see to it.
+  const pid_t child = ::fork();
+  if (child == 0) {  // nothing but system calls from here on
+    ::dup2(::open("/dev/null", O_RDONLY), 0);
+    ::dup2(::open("/dev/null", O_WRONLY), 1);
+    ::dup2(errors.get(), 2);
+    if (::ptrace(PTRACE_TRACEME, 0, nullptr, nullptr) == 0) ::raise(SIGSTOP);
+    ::execvp(argv[0], argv.data());
+    const int problem = errno;
+    [[maybe_unused]] const auto written = ::write(told.get(), &problem, sizeof problem);
+    ::_exit(127);
+  }
+  if (child < 0)
+    return fail(Error::Kind::Io, fmt::format("{}: cannot be started: {}", command[0], std::strerror(errno)));
+  told.close();
 
-  // The usage that wait4 gives begins with the peak of the process that spawned: Linux counts the memory that exec
-  // leaves behind. So we stop the program where it is about to exit and look at its own peak.
-  ::ptrace(PTRACE_SEIZE, child, nullptr, PTRACE_O_TRACEEXIT);
+  auto start = Clock::now();
+  bool begun = false;
   Usage usage;
   int status = 0;
   rusage resources{};
@@ -189,12 +198,23 @@ Result<Usage> measure_command(const std::vector<std::string>& command) {
       return fail(Error::Kind::Io, fmt::format("{}: cannot be waited for: {}", command[0], std::strerror(errno)));
     }
     if (!WIFSTOPPED(status)) break;
+    if (!begun) {
+      begun = true;
+      ::ptrace(PTRACE_SETOPTIONS, child, nullptr, PTRACE_O_TRACEEXEC | PTRACE_O_TRACEEXIT);
+      start = Clock::now();
+      ::ptrace(PTRACE_CONT, child, nullptr, 0);
+      continue;
+    }
     const int event = status >> 16;
     if (event == PTRACE_EVENT_EXIT) usage.peak_bytes = status_bytes(std::to_string(child), "VmHWM");
     ::ptrace(PTRACE_CONT, child, nullptr, event != 0 ? 0 : WSTOPSIG(status));
   }
   usage.wall_ms = ms_since(start);
   usage.cpu_ms = ms(resources.ru_utime) + ms(resources.ru_stime);
+  int problem = 0;
+  if (::read(problems.get(), &problem, sizeof problem) == sizeof problem)
+    return fail(problem == ENOENT ? Error::Kind::NotFound : Error::Kind::Io,
+                fmt::format("{}: cannot be started: {}", command[0], std::strerror(problem)));
   if (!WIFEXITED(status) || WEXITSTATUS(status) != 0)
     return fail(Error::Kind::Io,
                 fmt::format("`{}` {}{}", fmt::join(command, " "), how_it_ended(status), last_words(errors.get())));
