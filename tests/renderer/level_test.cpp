@@ -50,6 +50,27 @@ TEST_F(Levels, FollowTheFootprintFromOneTexelToTheCoarsest) {
   }
 }
 
+TEST(Qualities, BestTakesCubicSamplesWherePixelsSpanATexelAndMeansElsewhere) {
+  const test::TemporaryFolder folder;
+  test::SyntheticMap synthetic = test::utm_map(512, 1);
+  synthetic.factors = {2, 4};
+  synthetic.value = [](int level, int, int col, int row) { return 100 * std::sin(0.9 * col + 0.4 * row) + level; };
+  test::write_map(synthetic, folder.file("m.tif"));
+  const auto map = tile::Map::open(folder.file("m.tif")).value();
+  const Scene scene = Scene::plane(map.center(), {}).with_layer("k", map);
+  Renderer renderer;
+  const auto samples = [&](double texels, const RenderOptions& options) {
+    return renderer.render(scene, test::square_camera(64, 200), test::over_centre(map, 200 * texels), options)
+        .value()
+        .layer()
+        .samples;
+  };
+  const RenderOptions best{.quality = Quality::best}, cubic{.filter = Filter::Bicubic};
+  for (const double texels : {0.3, 1.0, 1.15}) EXPECT_EQ(samples(texels, best), samples(texels, cubic)) << texels;
+  EXPECT_EQ(samples(2, best), samples(2, {.filter = Filter::Mip, .oversampling = 3.1, .level_blend = 0.25}));
+  EXPECT_NE(samples(1, {.quality = Quality::balanced}), samples(1, cubic));
+}
+
 TEST_F(Levels, ObliqueViewsShowNoSeam) {
   const Camera camera = test::square_camera(512, 500);
   geodesy::Geodetic place = map->center();

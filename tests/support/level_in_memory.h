@@ -10,7 +10,7 @@
 
 namespace nadir::test {
 
-/// One level of a map in cells that no file stands behind. Aprons hold what would show: 0xa5 in each byte.
+/// One level of a map in cells that no file stands behind. Beyond its edge they hold what would show: 0xa5 in each byte.
 class LevelInMemory {
  public:
   using Value = std::function<double(int col, int row, int band)>;
@@ -51,7 +51,7 @@ class LevelInMemory {
     T* samples = reinterpret_cast<T*>(cell.samples());
     for (int y = 0; y < std::min(tile::cell_size, height_ - row * tile::cell_size); ++y)
       for (int x = 0; x < std::min(tile::cell_size, width_ - col * tile::cell_size); ++x) {
-        const int at = (y + tile::cell_apron) * tile::cell_stride + x + tile::cell_apron;
+        const int at = y * tile::cell_size + x;
         const int level_col = col * tile::cell_size + x, level_row = row * tile::cell_size + y;
         for (int b = 0; b < bands; ++b) samples[at * bands + b] = static_cast<T>(value(level_col, level_row, b));
         if (valid && !valid(level_col, level_row)) cell.writable_validity()[at] = 0;

@@ -28,7 +28,7 @@ class CellCacheTest : public testing::Test {
     test::write_map(synthetic, folder.file("m.tif"));
     source = CellSource::make(Map::open(folder.file("m.tif")).value(), {}, Domain::Linear).value();
   }
-  static float value(const CellPtr& cell) { return cell->data<float>()[cell_size / 2 * cell_stride + cell_size / 2]; }
+  static float value(const CellPtr& cell) { return cell->data<float>()[cell_size / 2 * cell_size + cell_size / 2]; }
   CellRequest cell(int i) const { return {source.get(), 0, i % 16, i / 16}; }
   /// Cells of block `i` of 64.
   std::vector<CellRequest> block(int i) const {

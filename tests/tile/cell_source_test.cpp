@@ -34,7 +34,7 @@ struct Sizes {
 };
 class EveryCell : public testing::TestWithParam<Sizes> {};
 
-TEST_P(EveryCell, HasItsNeighboursTexelsAndRepeatsTheEdgeBeyondTheMap) {
+TEST_P(EveryCell, HoldsTheMapsTexels) {
   const TemporaryFolder folder;
   const auto [width, height, tile] = GetParam();
   const SyntheticMap synthetic = numbered(width, height, tile);
@@ -55,26 +55,11 @@ TEST_P(EveryCell, HasItsNeighboursTexelsAndRepeatsTheEdgeBeyondTheMap) {
           cells[{block.col + c, block.row + r}] = loaded[block.index(block.col + c, block.row + r)];
     }
   ASSERT_EQ(cells.size(), static_cast<std::size_t>(cols * rows));
-  int joined = 0;
   for (const auto& [place, cell] : cells)
-    for (int dy = -1; dy <= 1; ++dy)
-      for (int dx = -1; dx <= 1; ++dx) {
-        const ApronPart part{dx, dy};
-        if (cell->has(part)) continue;
-        const ApronPart holder = source->holder_of(0, place.first, place.second, part);
-        fill_apron(*cell, part, *cells.at({place.first + holder.dx, place.second + holder.dy}), holder);
-        ++joined;
-      }
-  EXPECT_EQ(joined > 0, (cols > 1 && tile < width) || (rows > 1 && tile < height))
-      << "where no part lies in another tile, nothing was tested";
-
-  for (const auto& [place, cell] : cells) {
-    ASSERT_TRUE(cell->has_whole_apron());
-    for (int y = 0; y < cell_stride; ++y)
-      for (int x = 0; x < cell_stride; ++x) {
-        const int col = std::clamp(place.first * cell_size + x - cell_apron, 0, width - 1),
-                  row = std::clamp(place.second * cell_size + y - cell_apron, 0, height - 1);
-        const std::size_t at = static_cast<std::size_t>(y) * cell_stride + static_cast<std::size_t>(x);
+    for (int y = 0; y < std::min(cell_size, height - place.second * cell_size); ++y)
+      for (int x = 0; x < std::min(cell_size, width - place.first * cell_size); ++x) {
+        const int col = place.first * cell_size + x, row = place.second * cell_size + y;
+        const std::size_t at = static_cast<std::size_t>(y) * cell_size + static_cast<std::size_t>(x);
         const bool valid = synthetic.value(0, 0, col, row) != -1;
         ASSERT_EQ(!cell->masked() || cell->validity()[at], valid)
             << place.first << " " << place.second << ": " << x << " " << y;
@@ -83,7 +68,6 @@ TEST_P(EveryCell, HasItsNeighboursTexelsAndRepeatsTheEdgeBeyondTheMap) {
                     valid ? static_cast<float>(synthetic.value(0, b, col, row)) : 0.0f)
               << place.first << " " << place.second << ": " << x << " " << y << " band " << b;
       }
-  }
 }
 
 // Tiles of four by four cells, of one, of a part of one; tiles that cells cut, which GDAL reads; edges on a cell's last
@@ -105,7 +89,7 @@ TEST(CellSource, LoadsOnlyTheCellsThatAreWanted) {
   const auto cells = source->load(block, wanted).value();
   EXPECT_FALSE(cells[0] || cells[1] || cells[2]);
   ASSERT_TRUE(cells[3]);
-  EXPECT_EQ(cells[3]->data<float>()[2 * (cell_stride + 1)], static_cast<float>(10000 * 128 + 384));
+  EXPECT_EQ(cells[3]->data<float>()[0], static_cast<float>(10000 * 128 + 384));
 }
 
 TEST(CellSource, ADamagedBlockCanBeStoodForByInvalidCells) {
@@ -113,19 +97,11 @@ TEST(CellSource, ADamagedBlockCanBeStoodForByInvalidCells) {
   test::write_map(numbered(512, 256, 256), folder.file("m.tif"));
   const auto source = CellSource::make(Map::open(folder.file("m.tif")).value(), {}, Domain::Linear).value();
   const auto broken = source->damaged(source->block_of(0, 0, 0), {}, "m.tif: a tile is torn");
-  const auto whole = source->load(source->block_of(0, 2, 0)).value();
-  EXPECT_EQ(broken[1]->damage(), "m.tif: a tile is torn");
-  // Each side learns what the other holds
-  const ApronPart right{1, 0}, left{-1, 0};
-  ASSERT_FALSE(broken[1]->has(right));
-  fill_apron(*broken[1], right, *whole[0], right);
-  fill_apron(*whole[0], left, *broken[1], left);
-  const std::size_t row = 5 * cell_stride;
-  EXPECT_EQ(broken[1]->validity()[row + cell_size], 0);
-  EXPECT_EQ(broken[1]->validity()[row + cell_size + 1], 1) << "its neighbour's texel";
-  ASSERT_TRUE(whole[0]->masked());
-  EXPECT_EQ(whole[0]->validity()[row], 0);
-  EXPECT_EQ(whole[0]->validity()[row + 1], 1);
+  for (const auto& cell : broken) {
+    EXPECT_EQ(cell->damage(), "m.tif: a tile is torn");
+    ASSERT_TRUE(cell->masked());
+    EXPECT_EQ(std::count(cell->validity(), cell->validity() + cell_area, 0), static_cast<std::ptrdiff_t>(cell_area));
+  }
 }
 
 TEST(CellSource, DecibelsAreHeldAsPower) {
@@ -136,10 +112,10 @@ TEST(CellSource, DecibelsAreHeldAsPower) {
   test::write_map(synthetic, folder.file("m.tif"));
   const auto source = CellSource::make(Map::open(folder.file("m.tif")).value(), {1}, Domain::Decibel).value();
   const CellPtr cell = source->load(source->block_of(0, 0, 0)).value().front();
-  const float* row = cell->data<float>() + cell_apron * cell_stride + cell_apron;
+  const float* row = cell->data<float>();
   EXPECT_FLOAT_EQ(row[0], 1.0f);
   EXPECT_FLOAT_EQ(row[2], 0.01f);
-  EXPECT_EQ(cell->validity()[static_cast<std::size_t>(cell_apron * cell_stride + cell_apron + 3)], 0);
+  EXPECT_EQ(cell->validity()[3], 0);
   EXPECT_TRUE(std::isfinite(row[3])) << "an invalid texel must not spread through a product with zero";
 }
 

@@ -212,17 +212,13 @@ class Builder {
 
   /// Two parts across the longer side, cut at a multiple of the block where there is one inside, else of the smallest
   /// patch.
-  static std::pair<PixelRect, PixelRect> halves(const PixelRect& rect) {
+  static std::array<PixelRect, 2> halves(const PixelRect& rect) {
     const bool wide = rect.width >= rect.height;
     const int start = wide ? rect.x : rect.y, length = wide ? rect.width : rect.height;
     const int unit = length > block_px ? block_px : smallest_patch_px;
     int cut = (start + length / 2 + unit / 2) / unit * unit - start;
     if (cut <= 0 || cut >= length) cut = length / 2;
-    PixelRect first = rect, second = rect;
-    (wide ? first.width : first.height) = cut;
-    (wide ? second.x : second.y) += cut;
-    (wide ? second.width : second.height) -= cut;
-    return {first, second};
+    return rect.cut_at(cut);
   }
 
   const ExactChain& chain_;

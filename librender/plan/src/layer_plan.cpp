@@ -97,7 +97,7 @@ class LayerPlanner {
     for (std::size_t i = 0; i < 4; ++i) choose_level(block, i, jacobian(s.texel_from_image, corners[i]));
     if (place(block, bounds)) return;
 
-    for (const PixelRect& half : halves(rect)) add_homography(patch, half);
+    for (const PixelRect& half : rect.halves()) add_homography(patch, half);
   }
 
   void add_biquadratic(const Patch& patch, const PixelRect& rect) {
@@ -127,7 +127,7 @@ class LayerPlanner {
     for (std::size_t i = 0; i < 4; ++i) choose_level(block, i, s.biquadratic->jacobian(corners[i]));
     if (place(block, bounds)) return;
 
-    for (const PixelRect& half : halves(rect)) add_biquadratic(patch, half);
+    for (const PixelRect& half : rect.halves()) add_biquadratic(patch, half);
   }
 
   void add_per_pixel(const Patch& patch) {
@@ -176,7 +176,7 @@ class LayerPlanner {
     block.sampling.jacobian = footprint;
     for (std::size_t i = 0; i < 4; ++i) choose_level(block, i, footprint);
     if (place(block, bounds)) return;
-    for (const PixelRect& half : halves(rect)) {
+    for (const PixelRect& half : rect.halves()) {
       std::vector<Eigen::Vector2d> part;
       for (int y = half.y; y < half.y + half.height; ++y)
         for (int x = half.x; x < half.x + half.width; ++x) part.push_back(at(x - rect.x, y - rect.y));
@@ -191,16 +191,6 @@ class LayerPlanner {
     if (first == texels.end()) return;
     const double x = first->x();
     for (auto& p : texels) p.x() = x + std::remainder(p.x() - x, map_size_.x());
-  }
-
-  static std::array<PixelRect, 2> halves(const PixelRect& rect) {
-    PixelRect first = rect, second = rect;
-    const bool wide = rect.width >= rect.height;
-    const int half = (wide ? rect.width : rect.height) / 2;
-    (wide ? first.width : first.height) = half;
-    (wide ? second.x : second.y) += half;
-    (wide ? second.width : second.height) -= half;
-    return {first, second};
   }
 
   bool one_sample() const {

@@ -3,14 +3,13 @@
 #include <Eigen/Geometry>
 
 #include "kernels.h"
+#include "nadir/render/pixel_rect.h"
 #include "nadir/render/sample_block.h"
 
 namespace nadir::render {
 
-/// Pixels of a block.
-struct Part {
-  int x = 0, y = 0, width = 0, height = 0;
-};
+/// Pixels of a block, counted from its corner.
+using Part = PixelRect;
 
 /// Offsets within a pixel, from its corner: a grid of samples spans them.
 struct SampleSpan {

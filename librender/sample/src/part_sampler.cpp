@@ -64,7 +64,7 @@ void PartSampler<T, Value>::sample(const Part& part) {
       geometry_.bounds(part, {span_of(0, 0).first, span_of(block_.samples_x - 1, block_.samples_y - 1).first});
   const bool pixel = part.width == 1 && part.height == 1;
   if (bounds.isEmpty()) return clear(part);
-  if (!bounds.min().allFinite() || !bounds.max().allFinite()) return pixel ? clear(part) : halve(part);
+  if (!bounds.min().allFinite() || !bounds.max().allFinite()) return pixel ? clear(part) : sample_halves(part);
   const Eigen::Vector2d at = geometry_.origin();
   if (!Eigen::AlignedBox2d(Eigen::Vector2d(0, 0), Eigen::Vector2d(block_.map_width, block_.map_height))
            .intersects(Eigen::AlignedBox2d(at + bounds.min(), at + bounds.max())))
@@ -74,19 +74,12 @@ void PartSampler<T, Value>::sample(const Part& part) {
   const auto samples = static_cast<std::size_t>(part.width) * static_cast<std::size_t>(part.height) *
                        static_cast<std::size_t>(block_.samples_x) * static_cast<std::size_t>(block_.samples_y);
   if (make_patches(bounds, levels, samples)) return sample_rows(part);
-  pixel ? sample_by_samples(part, levels) : halve(part);
+  pixel ? sample_by_samples(part, levels) : sample_halves(part);
 }
 
 template <class T, class Value>
-void PartSampler<T, Value>::halve(const Part& part) {
-  Part first = part, second = part;
-  const bool wide = part.width >= part.height;
-  const int half = (wide ? part.width : part.height) / 2;
-  (wide ? first.width : first.height) = half;
-  (wide ? second.x : second.y) += half;
-  (wide ? second.width : second.height) -= half;
-  sample(first);
-  sample(second);
+void PartSampler<T, Value>::sample_halves(const Part& part) {
+  for (const Part& half : part.halves()) sample(half);
 }
 
 template <class T, class Value>

@@ -66,7 +66,7 @@ class PartSampler {
 
   /// False where the texels of `bounds` are too many for this many samples.
   bool make_patches(const Eigen::AlignedBox2d& bounds, const LevelRange& levels, std::size_t samples);
-  void halve(const Part& part);
+  void sample_halves(const Part& part);
   void clear(const Part& part);
   void sample_rows(const Part& part);
   void sample_by_samples(const Part& pixel, const LevelRange& levels);

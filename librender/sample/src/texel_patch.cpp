@@ -8,13 +8,13 @@
 namespace nadir::render {
 namespace {
 
-using tile::cell_apron, tile::cell_size, tile::cell_stride;
+using tile::cell_size;
 
 /// A run of columns, and the cell of the window's first row that holds them. What lies outside of the window is rounded
 /// up to, never sampled: any cell will do.
 struct CellRun {
   int to, count;
-  std::size_t cell, from;  // column in it, apron counted
+  std::size_t cell, from;  // column in it
 };
 
 std::size_t stored_columns(const LevelWindow& window) {
@@ -30,7 +30,7 @@ std::vector<CellRun> runs_of(const LevelWindow& window, const TexelRect& rect) {
                       : col - window.first_col;
     const auto last = static_cast<std::ptrdiff_t>(stored_columns(window)) - 1;
     runs.push_back({run.to, run.count, static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(cell, 0, last)),
-                    static_cast<std::size_t>(run.first % cell_size + cell_apron)});
+                    static_cast<std::size_t>(run.first % cell_size)});
   });
   return runs;
 }
@@ -64,7 +64,7 @@ void TexelPatch<T>::fill(const Kernels& kernels, const LevelWindow& window, cons
   for (int y = 0; y < rect.rows; ++y) {
     const auto row = static_cast<std::int32_t>(std::clamp<std::int64_t>(rect.row + y, 0, window.height - 1));
     const auto cell_row = static_cast<std::size_t>(std::clamp(row / cell_size - window.first_row, 0, window.rows - 1));
-    const std::size_t in_cell = static_cast<std::size_t>(row % cell_size + cell_apron) * cell_stride;
+    const std::size_t in_cell = static_cast<std::size_t>(row % cell_size) * cell_size;
     const std::size_t first = static_cast<std::size_t>(y) * static_cast<std::size_t>(rect.cols);
     for (const CellRun& run : runs)
       copy_run(kernels, layout, *window.cells[cell_row * stride + run.cell], in_cell + run.from, run.count,

@@ -9,7 +9,7 @@
 
 namespace nadir::tile {
 
-/// Lays the rows of a block out into its cells: aprons inside the block on the way, the level's edge repeated.
+/// Lays the rows of a block out into its cells.
 class BlockWriter {
  public:
   /// `stored`: type of the rows that will come; `wanted` as in CellSource::load.
@@ -20,17 +20,14 @@ class BlockWriter {
   void row(std::uint32_t y, const std::byte* samples, const std::uint8_t* valid);
 
   /// Once all rows have come: the cells.
-  std::vector<std::shared_ptr<Cell>> take();
+  std::vector<std::shared_ptr<Cell>> take() { return std::move(cells_); }
 
  private:
-  void into_cells(int cell_row, int row_in_cell, const std::byte* samples, const std::uint8_t* valid);
-
   const CellSource& source_;
   const SampleType stored_;
   const CellBlock block_;
   const NodataRule nodata_;
-  int width_, height_;                                // texels of the block
-  bool first_col_, last_col_, first_row_, last_row_;  // whether it lies at that edge of the level
+  int width_;  // texels of the block
   std::size_t texel_bytes_;
   std::vector<std::shared_ptr<Cell>> cells_;
   std::vector<float> power_;         // a row of Domain::Decibel

@@ -127,21 +127,8 @@ std::vector<std::shared_ptr<Cell>> CellSource::damaged(const CellBlock& block, s
     if (!wanted.empty() && !wanted[i]) continue;
     invalid[i] = std::make_shared<Cell>(type_, static_cast<int>(bands_.size()));
     invalid[i]->make_invalid(why);
-    const auto col = block.col + static_cast<std::int32_t>(i) % block.cols,
-               row = block.row + static_cast<std::int32_t>(i) / block.cols;
-    for (int dy = -1; dy <= 1; ++dy)
-      for (int dx = -1; dx <= 1; ++dx)
-        if (const ApronPart holder = holder_of(block.level, col, row, {dx, dy}); holder.dx == 0 && holder.dy == 0)
-          invalid[i]->note_part({dx, dy});
   }
   return invalid;
-}
-
-ApronPart CellSource::holder_of(int level, std::int32_t col, std::int32_t row, ApronPart part) const {
-  const Level& size = map_.levels()[static_cast<std::size_t>(level)];
-  const auto inside = [](std::int32_t place, std::int32_t count) { return place >= 0 && place < count; };
-  return {inside(col + part.dx, cells(size.width)) ? part.dx : 0,
-          inside(row + part.dy, cells(size.height)) ? part.dy : 0};
 }
 
 }  // namespace nadir::tile

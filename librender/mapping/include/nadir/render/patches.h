@@ -8,13 +8,9 @@
 #include "nadir/render/biquadratic.h"
 #include "nadir/render/exact_chain.h"
 #include "nadir/render/homography.h"
+#include "nadir/render/pixel_rect.h"
 
 namespace nadir::render {
-
-/// A rectangle of pixels, [x, x + width) by [y, y + height).
-struct PixelRect {
-  int x = 0, y = 0, width = 0, height = 0;
-};
 
 /// Where a map lies on the ground; everywhere where unbounded.
 struct GroundExtent {

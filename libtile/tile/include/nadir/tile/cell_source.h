@@ -60,7 +60,6 @@ class CellSource : public std::enable_shared_from_this<CellSource> {
   std::vector<Result<std::shared_ptr<const FetchedBlock>>> fetch(std::span<const CellBlock> blocks) const;
 
   /// Loads the cells of a block for which `wanted` is set (all where it is empty), row by row, null for the others.
-  /// Apron parts within the block and beyond the level's edge are there, those in other blocks are not.
   /// `fetched`: from `fetch`, or null to read now. Damaged where its tile cannot be decoded. Never calls the cache.
   Result<std::vector<std::shared_ptr<Cell>>> load(const CellBlock& block, std::span<const std::uint8_t> wanted = {},
                                                   const FetchedBlock* fetched = nullptr) const;
@@ -68,10 +67,6 @@ class CellSource : public std::enable_shared_from_this<CellSource> {
   /// Cells that stand for a block that is damaged: all invalid, saying why.
   std::vector<std::shared_ptr<Cell>> damaged(const CellBlock& block, std::span<const std::uint8_t> wanted,
                                              const std::string& why) const;
-
-  /// The cell that holds what belongs into an apron part of cell (col, row), seen from there: that of the part itself,
-  /// or where that would lie beyond the level the one beside it.
-  ApronPart holder_of(int level, std::int32_t col, std::int32_t row, ApronPart part) const;
 
  private:
   CellSource(const Map& map, std::vector<int> bands, SampleType type, Domain domain);
