@@ -103,6 +103,28 @@ TEST(RollingShutter, PatchesKeepTheToleranceAndWhatIsCertainIsTrue) {
   for (const int count : looks) EXPECT_GT(count, 20);
 }
 
+TEST(RollingShutter, PatchesEndWhereTheMotionChangesItsVelocity) {
+  // A change of turning rate at any row, slow or fast: between the places where patches are checked it could hide
+  const Geodetic origin = Geodetic::degrees(47, 9, 0);
+  const auto projection = Projection::from_definition("EPSG:4326").value();
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> unit(0, 1), around(-0.5, 0.5);
+  for (int n = 0; n < 200; ++n) {
+    Geodetic place = origin;
+    place.height_m = 100;
+    const CameraPose middle = camera_pose(place, YawPitchRoll::degrees(30, 40 * unit(random), 5));
+    const double change_s = -0.024 + 0.048 * unit(random), turn_radps = std::pow(10.0, -3 + 3.5 * unit(random));
+    const Eigen::Vector3d axis = Eigen::Vector3d(around(random), around(random), around(random)).normalized();
+    CameraPose before = middle, after = middle;
+    before.rotation = middle.rotation * rotation_by(-(change_s + 0.03) * turn_radps * axis);
+    after.rotation = middle.rotation * rotation_by(-(0.03 - change_s) * turn_radps * axis);
+    const auto motion = CameraMotion::through({{-0.03, before}, {change_s, middle}, {0.03, after}}).value();
+    const ExactChain chain(Camera::pinhole(128, 96, 90, 90, 64, 48).value(), motion, shutter, Plane(origin, 0));
+    const Outcome outcome = check_every_pixel(chain, projection, map_patches(chain, projection, 0.05, {}));
+    EXPECT_LE(outcome.worst_px, 0.05) << "row " << 96 * (change_s / shutter.readout_s + 0.5) << ", " << turn_radps;
+  }
+}
+
 TEST(RollingShutter, ARowBelowTheGroundSeesNone) {
   const Geodetic origin = Geodetic::degrees(47, 9, 0);
   Geodetic above = origin, below = origin;
