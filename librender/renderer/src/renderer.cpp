@@ -12,9 +12,11 @@
 
 #include "explain.h"
 #include "exposure.h"
-#include "forecast.h"
 #include "nadir/base/text.h"
 #include "pass.h"
+#include "render_checks.h"
+#include "sampling_choice.h"
+#include "shared_mappings.h"
 
 namespace nadir::render {
 namespace {
@@ -55,102 +57,6 @@ void finish_invalid(FrameLayer& layer, const RenderOptions& options) {
     for (std::size_t i = 0; i < layer.validity.size(); ++i)
       if (!layer.validity[i]) std::fill_n(samples + i * bands, bands, value);
   });
-}
-
-/// One mapping for all layers of a CRS, of those that take part.
-struct SharedMappings {
-  std::vector<PatchMapping> mappings;
-  std::vector<std::size_t> index;  // of each layer's
-
-  const PatchMapping& of(std::size_t layer) const { return mappings[index[layer]]; }
-  bool is_first(std::size_t layer) const {
-    const auto own = index.begin() + static_cast<std::ptrdiff_t>(layer);
-    return std::find(index.begin(), own, *own) == own;
-  }
-};
-
-SharedMappings share_mappings(const Scene& scene, const ExactChain& chain, double tolerance_px,
-                              std::span<const std::size_t> which) {
-  SharedMappings shared;
-  const auto projection_of = [&](std::size_t i) -> const geodesy::Projection& {
-    return scene.layers()[which[i]].source->map().projection();
-  };
-  for (std::size_t i = 0; i < which.size(); ++i) {
-    std::vector<GroundExtent> extents;
-    std::size_t first = i;
-    for (std::size_t k = 0; k < which.size(); ++k) {
-      if (!(projection_of(k) == projection_of(i))) continue;
-      first = std::min(first, k);
-      extents.push_back(scene.layers()[which[k]].extent);
-    }
-    if (first < i) {
-      shared.index.push_back(shared.index[first]);
-      continue;
-    }
-    shared.index.push_back(shared.mappings.size());
-    shared.mappings.push_back(map_patches(chain, projection_of(i), tolerance_px, extents));
-  }
-  return shared;
-}
-
-Sampling sampling_of(const Layer& layer, const RenderOptions& options) {
-  Sampling sampling = sampling_for(options.quality);
-  if (options.filter) sampling.filter = *options.filter;
-  if (options.oversampling) sampling.oversampling = *options.oversampling;
-  if (options.level_blend) sampling.level_blend = *options.level_blend;
-  if (layer.options.role == tile::Role::Labels) sampling.filter = Filter::Nearest;
-  return sampling;
-}
-
-/// From the cheapest to the finest. Without cubic samples, which are nearer to the ground than to the reference.
-std::vector<Sampling> ways_of_sampling() {
-  std::vector<Sampling> ways = {sampling_for(Quality::draft)};
-  for (const double oversampling : {1.6, 2.1, 3.1, 4.1, 6.1, 8.1}) {
-    ways.push_back(sampling_for(Quality::balanced));
-    ways.back().oversampling = oversampling;
-  }
-  return ways;
-}
-
-/// How much of the frame's values one of the map's is.
-double output_scale(const Layer& layer) {
-  const auto& output = layer.options.output;
-  if (!output || output->type == tile::SampleType::Float32) return 1;
-  return tile::with_sample_type(output->type, [&]<class T>(T) {
-    return static_cast<double>(std::numeric_limits<T>::max()) / (output->high - output->low);
-  });
-}
-
-struct SampledPlan {
-  Sampling sampling;
-  LayerPlan plan;
-  std::optional<double> expected_rmse;
-};
-
-Result<SampledPlan> plan_sampling(const Layer& layer, const PatchMapping& mapping, const RenderOptions& options,
-                                  ErrorModel& model) {
-  const auto planned = [&](const Sampling& sampling) {
-    SampledPlan p{sampling, plan_layer(mapping, *layer.source, sampling), std::nullopt};
-    const bool approximates = sampling.filter != Filter::Nearest && sampling.filter != Filter::Reference;
-    if (const auto rmse = approximates ? expected_rmse(p.plan, *layer.source, model) : std::nullopt)
-      p.expected_rmse = *rmse * output_scale(layer);
-    return p;
-  };
-  if (!options.max_error || layer.options.role == tile::Role::Labels) return planned(sampling_of(layer, options));
-  SampledPlan chosen;
-  for (const Sampling& way : ways_of_sampling()) {
-    chosen = planned(way);
-    if (chosen.plan.blocks.empty()) break;  // sees none of the map
-    if (!chosen.expected_rmse)
-      return fail(Error::Kind::Unsupported,
-                  fmt::format("layer {}: no error can be predicted for {}, {}: choose a quality instead", layer.name,
-                              layer.source->map().description().path,
-                              layer.source->domain() == tile::Domain::Decibel
-                                  ? "whose values are decibels"
-                                  : "which does not tell what its levels lose (a map made by nadir build does)"));
-    if (*chosen.expected_rmse <= *options.max_error) break;
-  }
-  return chosen;
 }
 
 /// A layer of the frame with its geometric truth, but no pixels yet.
@@ -195,44 +101,6 @@ void finish_layer(const Layer& layer, const RenderOptions& options, FrameLayer& 
   out.truth.valid_fraction = static_cast<double>(valid) / static_cast<double>(pixels);
 }
 
-Result<void> check_options(const RenderOptions& options) {
-  if (!(options.geometry_tolerance_px > 0 && options.geometry_tolerance_px <= 1))
-    return fail(Error::Kind::Malformed, fmt::format("geometry tolerance: expected image pixels in (0, 1], found {}",
-                                                    options.geometry_tolerance_px));
-  if (options.oversampling && !(*options.oversampling >= 0.5 && *options.oversampling <= 16))
-    return fail(Error::Kind::Malformed,
-                fmt::format("oversampling: expected 0.5 to 16 samples across, found {}", *options.oversampling));
-  if (options.max_error && !(*options.max_error > 0))
-    return fail(Error::Kind::Malformed,
-                fmt::format("max error: expected a positive number, found {}", *options.max_error));
-  if (options.level_blend && !(*options.level_blend >= 0 && *options.level_blend <= 1))
-    return fail(Error::Kind::Malformed,
-                fmt::format("level blend: expected a part of a level in [0, 1], found {}", *options.level_blend));
-  if (!(options.motion_step_px > 0 && options.motion_step_px <= 1e3))
-    return fail(Error::Kind::Malformed,
-                fmt::format("motion step: expected image pixels in (0, 1000], found {}", options.motion_step_px));
-  if (!std::isfinite(options.fill_value)) return fail(Error::Kind::Malformed, "fill value: expected a finite number");
-  return {};
-}
-
-/// The original's rule: a frame is whole, or there is none.
-Result<void> refuse_off_map(const Layer& layer, const Truth& truth) {
-  static constexpr std::array<const char*, 4> names = {"top left", "top right", "bottom right", "bottom left"};
-  for (std::size_t i = 0; i < 4; ++i) {
-    const auto& uv = truth.footprint_uv[i];
-    const bool on_map = uv && (uv->array() >= 0).all() && (uv->array() <= 1).all();
-    if (on_map) continue;
-    const std::string where =
-        truth.footprint_texel[i]
-            ? fmt::format("sees texel ({:.1f}, {:.1f}) of {} x {}", truth.footprint_texel[i]->x(),
-                          truth.footprint_texel[i]->y(), layer.source->map().width(), layer.source->map().height())
-            : "sees no ground";
-    return fail(Error::Kind::OutsideMap, fmt::format("layer {}: the image's {} corner {}: outside the map {}",
-                                                     layer.name, names[i], where, truth.map_path));
-  }
-  return {};
-}
-
 }  // namespace
 
 std::string_view to_string(OffMap off_map) { return off_map_names[static_cast<std::size_t>(off_map)]; }
@@ -263,7 +131,7 @@ tile::CellCache& Renderer::cache() { return engine_->cache; }
 tile::CellCache::Ticket Renderer::prefetch(const Scene& scene, const Camera& camera, const CameraPose& ecef_from_camera,
                                            const RenderOptions& options) {
   const auto pose = checked_pose(ecef_from_camera);
-  if (!scene.check() || !check_options(options) || !pose) return {};
+  if (!scene.check() || !check(options) || !pose) return {};
   const ExactChain chain(camera, *pose, scene.surface());
   std::vector<std::size_t> all(scene.layers().size());
   std::iota(all.begin(), all.end(), std::size_t{0});
@@ -289,7 +157,7 @@ Result<Frame> Renderer::render(const Scene& scene, const Camera& camera, const C
 Result<Frame> Renderer::render(const Scene& scene, const Camera& camera, const CameraMotion& motion,
                                const Shutter& shutter, const RenderOptions& options) {
   if (auto ok = check(shutter); !ok) return fail(ok);
-  if (auto ok = check_options(options); !ok) return fail(ok);
+  if (auto ok = check(options); !ok) return fail(ok);
   if (shutter.instant()) return render(scene, camera, motion.at(0), options);
   Exposure exposure{.shutter = shutter};
   exposure.motion_px = motion_px(camera, motion, shutter, scene.surface());
@@ -317,7 +185,7 @@ Result<Frame> Renderer::expose(const Scene& scene, const ExactChain& middle, std
                                const RenderOptions& options) {
   const auto start = std::chrono::steady_clock::now();
   if (auto ok = scene.check(); !ok) return fail(ok);
-  if (auto ok = check_options(options); !ok) return fail(ok);
+  if (auto ok = check(options); !ok) return fail(ok);
   const WorkTotals before = totals(scene);
   const tile::CacheCounters cache_before = engine_->cache.counters();
 

@@ -30,8 +30,7 @@ std::vector<std::optional<Eigen::Vector3d>> corner_row(const ExactChain& chain, 
 
 void fill_row(const ExactChain& chain, int y, TruthPlanes& planes) {
   const auto above = corner_row(chain, y, planes.width), below = corner_row(chain, y + 1, planes.width);
-  const Eigen::Vector3d camera =
-      (chain.surface().frame().enu_from_ecef() * chain.ecef_from_camera_at(y + 0.5)).origin;
+  const Eigen::Vector3d camera = (chain.surface().frame().enu_from_ecef() * chain.ecef_from_camera_at(y + 0.5)).origin;
   for (int x = 0; x < planes.width; ++x) {
     const auto at = static_cast<std::size_t>(y) * static_cast<std::size_t>(planes.width) + static_cast<std::size_t>(x);
     const auto left = static_cast<std::size_t>(x), right = left + 1;
