@@ -6,12 +6,11 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
-#include <cmath>
-#include <limits>
 #include <numeric>
 
 #include "explain.h"
 #include "exposure.h"
+#include "finish.h"
 #include "nadir/base/text.h"
 #include "pass.h"
 #include "render_checks.h"
@@ -42,23 +41,6 @@ WorkTotals totals(const Scene& scene) {
   return t;
 }
 
-/// What invalid pixels hold.
-void finish_invalid(FrameLayer& layer, const RenderOptions& options) {
-  const bool fill = options.off_map == OffMap::Fill;
-  tile::with_sample_type(layer.type, [&]<class T>(T) {
-    T value{};
-    if constexpr (std::is_floating_point_v<T>)
-      value = fill ? static_cast<T>(options.fill_value) : std::numeric_limits<T>::quiet_NaN();
-    else if (fill)
-      value = static_cast<T>(
-          std::clamp<double>(options.fill_value, std::numeric_limits<T>::min(), std::numeric_limits<T>::max()));
-    T* samples = reinterpret_cast<T*>(layer.samples.data());
-    const auto bands = static_cast<std::size_t>(layer.bands);
-    for (std::size_t i = 0; i < layer.validity.size(); ++i)
-      if (!layer.validity[i]) std::fill_n(samples + i * bands, bands, value);
-  });
-}
-
 /// A layer of the frame with its geometric truth, but no pixels yet.
 FrameLayer empty_layer(const Layer& layer, const ExactChain& chain) {
   FrameLayer out;
@@ -87,18 +69,6 @@ void note_plan(const LayerPlan& plan, const PatchMapping& mapping, const Samplin
 void clear(FrameLayer& layer) {
   std::fill(layer.samples.begin(), layer.samples.end(), std::byte{0});
   std::fill(layer.validity.begin(), layer.validity.end(), std::uint8_t{0});
-}
-
-/// From map values to what the sensor delivers.
-void finish_layer(const Layer& layer, const RenderOptions& options, FrameLayer& out) {
-  const std::size_t pixels = out.validity.size();
-  if (const auto& output = layer.options.output) {
-    out.samples = convert(out.samples.data(), out.type, pixels * static_cast<std::size_t>(out.bands), *output);
-    out.type = output->type;
-  }
-  const auto valid = static_cast<std::size_t>(std::count(out.validity.begin(), out.validity.end(), 1));
-  if (valid < pixels) finish_invalid(out, options);
-  out.truth.valid_fraction = static_cast<double>(valid) / static_cast<double>(pixels);
 }
 
 }  // namespace
@@ -232,7 +202,7 @@ Result<Frame> Renderer::expose(const Scene& scene, const ExactChain& middle, std
   frame.counters_.cells_loaded = engine_->cache.counters().loads - cache_before.loads;
   for (std::size_t i = 0; i < frame.layers_.size(); ++i) {
     FrameLayer& out = frame.layers_[i];
-    finish_layer(scene.layers()[i], options, out);
+    engine_->arena.execute([&] { finish_layer(scene.layers()[i], options, out); });
     frame.counters_.cells += out.truth.tiles;
     for (const std::string& message : damage)
       if (message.starts_with(out.truth.map_path)) out.truth.damage.push_back(message);

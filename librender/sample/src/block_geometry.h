@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <optional>
 
 #include "kernels.h"
 #include "nadir/render/pixel_rect.h"
@@ -23,8 +24,13 @@ class BlockGeometry {
 
   Eigen::Vector2d origin() const { return given() ? Eigen::Vector2d(0, 0) : block_.texel_origin; }
 
-  /// Of pixels x, x + 1, ... of row y, `offset` from their corners. `u`, `v`: of row_px, each.
-  void row(const Kernels& kernels, int x, int y, int count, const Eigen::Vector2d& offset, double* u, double* v) const;
+  /// Whether rows have a path; each pixel's texels are given otherwise.
+  bool has_paths() const { return !given(); }
+  /// Of the row whose points lie `y` from the block's upper edge; x counts from its left edge. Written in place: a
+  /// copy of what was only just written would wait for it.
+  void set_path(double y, RowPath& path) const;
+  /// Otherwise: of pixels x, x + 1, ... of row y, `offset` from their corners. `u`, `v`: of row_px, each.
+  void given_row(int x, int y, int count, const Eigen::Vector2d& offset, double* u, double* v) const;
 
   /// What samples that lie `span` from their pixels' corners touch. Empty where none does, perhaps not finite.
   Eigen::AlignedBox2d bounds(const Part& part, const SampleSpan& span) const;
@@ -35,9 +41,10 @@ class BlockGeometry {
     return block_
         .texels[static_cast<std::size_t>(y) * static_cast<std::size_t>(block_.width) + static_cast<std::size_t>(x)];
   }
-  RowPath path(double y) const;
-
   const BlockSampling& block_;
 };
+
+/// `count` pixels of a path, the first at `first`, in a patch. Empty where single precision would not do.
+std::optional<PatchRow> patch_row(const RowPath& path, double first, int count, const PatchFrame& frame);
 
 }  // namespace nadir::render

@@ -232,11 +232,33 @@ void PartSampler<T, Value>::start(const Row& row) {
 }
 
 template <class T, class Value>
-void PartSampler<T, Value>::place(const Segment& segment, int level, Places& places) const {
-  const bool in_fixed = fixed && block_.interpolation != Interpolation::Nearest;
-  (in_fixed ? kernels_.place_fixed : kernels_.place)(scratch_.u + segment.first, scratch_.v + segment.first,
-                                                     scratch_.frames[static_cast<std::size_t>(level)],
-                                                     segment.end - segment.first, places);
+void PartSampler<T, Value>::take_up(const Row& row, const Eigen::Vector2d& offset) {
+  offset_ = offset;
+  projected_ = false;
+  if (geometry_.has_paths()) geometry_.set_path(row.y + offset.y(), path_);
+}
+
+template <class T, class Value>
+void PartSampler<T, Value>::project(const Row& row) {
+  if (projected_) return;
+  if (geometry_.has_paths())
+    kernels_.project(path_, row.x + offset_.x(), row.count, scratch_.u, scratch_.v);
+  else
+    geometry_.given_row(row.x, row.y, row.count, offset_, scratch_.u, scratch_.v);
+  projected_ = true;
+}
+
+template <class T, class Value>
+void PartSampler<T, Value>::place(const Row& row, const Segment& segment, int level, Places& places) {
+  const bool nearest = block_.interpolation == Interpolation::Nearest;
+  const int count = segment.end - segment.first;
+  const PatchFrame& frame = scratch_.frames[static_cast<std::size_t>(level)];
+  if (geometry_.has_paths() && !nearest)
+    if (const auto in_patch = patch_row(path_, row.x + segment.first + offset_.x(), count, frame))
+      return (fixed ? kernels_.place_row_fixed : kernels_.place_row)(*in_patch, frame, count, places);
+  project(row);
+  (fixed && !nearest ? kernels_.place_fixed : kernels_.place)(scratch_.u + segment.first, scratch_.v + segment.first,
+                                                              frame, count, places);
 }
 
 template <class T, class Value>
@@ -274,11 +296,11 @@ void PartSampler<T, Value>::take_values(const Segment& segment, int group) {
 
 template <class T, class Value>
 void PartSampler<T, Value>::add_sample(const Row& row, int i, int j) {
-  geometry_.row(kernels_, row.x, row.y, row.count, span_of(i, j).first, scratch_.u, scratch_.v);
+  take_up(row, span_of(i, j).first);
   if (one_sample_) note_on_map(row);  // the sample is the centre
   for (const Segment& segment : segments_) {
-    place(segment, segment.level, scratch_.fine_places);
-    if (segment.blended) place(segment, segment.level + 1, scratch_.coarse_places);
+    place(row, segment, segment.level, scratch_.fine_places);
+    if (segment.blended) place(row, segment, segment.level + 1, scratch_.coarse_places);
     for (int group = 0; group < groups_taken(); ++group) take_values(segment, group);
   }
   if (one_sample_) return;
@@ -302,6 +324,7 @@ void PartSampler<T, Value>::note_on_map(const Row& row) {
     std::fill_n(valid_, row.count, std::uint8_t{1});
     return;
   }
+  project(row);
   const Eigen::Vector2d at = geometry_.origin();
   for (int i = 0; i < row.count; ++i) {
     const double u = at.x() + scratch_.u[i], v = at.y() + scratch_.v[i];
@@ -313,7 +336,7 @@ template <class T, class Value>
 void PartSampler<T, Value>::finish(const Row& row) {
   if (!one_sample_) {
     if (first_sample_) return clear({row.x, row.y, row.count, 1});  // none could be taken
-    if (!block_.inside) geometry_.row(kernels_, row.x, row.y, row.count, {0.5, 0.5}, scratch_.u, scratch_.v);
+    take_up(row, {0.5, 0.5});
     note_on_map(row);
   }
   if (masked_ || !block_.inside) normalise(row);
@@ -416,10 +439,10 @@ void PartSampler<T, Value>::write_decibel(const Row& row) {
 
 template <class T, class Value>
 void PartSampler<T, Value>::take_nearest(const Row& row) {
-  geometry_.row(kernels_, row.x, row.y, row.count, {0.5, 0.5}, scratch_.u, scratch_.v);
+  take_up(row, {0.5, 0.5});
   note_on_map(row);
   for (const Segment& segment : segments_) {
-    place(segment, segment.level, scratch_.fine_places);
+    place(row, segment, segment.level, scratch_.fine_places);
     const TexelPatch<T>& patch = scratch_.patches[static_cast<std::size_t>(segment.level)];
     const int* at = scratch_.fine_places.at - segment.first;
     if (patch.masked()) {

@@ -72,9 +72,13 @@ class PartSampler {
   void sample_by_samples(const Part& pixel, const LevelRange& levels);
 
   void start(const Row& row);
+  /// Samples so far from their pixels' corners are in hand.
+  void take_up(const Row& row, const Eigen::Vector2d& offset);
   void add_sample(const Row& row, int i, int j);
   void take_values(const Segment& segment, int group);
-  void place(const Segment& segment, int level, Places& places) const;
+  void place(const Row& row, const Segment& segment, int level, Places& places);
+  /// Texels of the row's samples, unless they are there.
+  void project(const Row& row);
   void take_group(const Places& places, int level, int group, int count, Value* out) const;
   void note_on_map(const Row& row);
   void finish(const Row& row);
@@ -111,6 +115,9 @@ class PartSampler {
   // Of the coarser level, for each pixel: once, and as often as it has channels in a group of four
   Value shares_[row_room_px] = {}, shares4_[4 * row_room_px] = {};
   bool first_sample_ = true;
+  Eigen::Vector2d offset_ = Eigen::Vector2d::Zero();  // of the samples in hand, from their pixels' corners
+  RowPath path_;                                      // of them, where the block has paths
+  bool projected_ = false;                            // to scratch_.u and v
   std::uint8_t valid_[row_px] = {};
 };
 

@@ -41,6 +41,42 @@ void place(const double* u, const double* v, const PatchFrame& frame, int count,
   }
 }
 
+/// Of pixel i, from the row's `col` and `row`.
+struct RowPoint {
+  RowPoint(const PatchRow& of, const PatchFrame& frame, int i) {
+    const float d = of.first + static_cast<float>(i), over = 1 / (1 + d * of.turn);
+    const auto held = [&](float middle, float slope, float bend, double low, double high, std::int32_t from) {
+      const float at = middle + d * (slope + d * bend) * over;
+      return std::min(std::max(at, static_cast<float>(low - from)), static_cast<float>(high - from));
+    };
+    x = held(of.x, of.slope_x, of.bend_x, frame.low, frame.high_x, of.col);
+    y = held(of.y, of.slope_y, of.bend_y, frame.low, frame.high_y, of.row);
+  }
+  float x, y;
+};
+
+void place_row_fixed(const PatchRow& of, const PatchFrame& frame, int count, Places& places) {
+  constexpr int one = 1 << fraction_bits;
+  for (int i = 0; i < count; ++i) {
+    const RowPoint at(of, frame, i);
+    const auto x = static_cast<std::int32_t>(std::lrint(at.x * one)) + of.col * one,
+               y = static_cast<std::int32_t>(std::lrint(at.y * one)) + of.row * one;
+    places.at[i] = (y >> fraction_bits) * frame.pitch + (x >> fraction_bits);
+    places.x15[i] = static_cast<std::int16_t>(x & (one - 1));
+    places.y15[i] = static_cast<std::int16_t>(y & (one - 1));
+  }
+}
+
+void place_row(const PatchRow& of, const PatchFrame& frame, int count, Places& places) {
+  for (int i = 0; i < count; ++i) {
+    const RowPoint at(of, frame, i);
+    const float col = std::floor(at.x), row = std::floor(at.y);
+    places.at[i] = (static_cast<std::int32_t>(row) + of.row) * frame.pitch + static_cast<std::int32_t>(col) + of.col;
+    places.x[i] = at.x - col;
+    places.y[i] = at.y - row;
+  }
+}
+
 template <class T, int Channels>
 void bilinear(const T* patch, std::int32_t pitch, const Places& places, int count, Bilinear<T>* out) {
   for (int i = 0; i < count; ++i) {
@@ -125,6 +161,8 @@ const Kernels& scalar_kernels() {
                                       project,
                                       place_fixed,
                                       place,
+                                      place_row_fixed,
+                                      place_row,
                                       type_kernels<std::uint8_t>,
                                       type_kernels<std::int16_t>,
                                       type_kernels<std::uint16_t>,

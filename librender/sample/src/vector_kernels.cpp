@@ -111,6 +111,106 @@ void place(const double* u, const double* v, const PatchFrame& frame, int count,
   }
 }
 
+/// Texels of a patch from a row's `col` and `row`.
+template <bool Curved, bool Rational>
+class RowPoints {
+ public:
+  using D = hn::CappedTag<float, 16>;
+  using V = hn::Vec<D>;
+  RowPoints(const PatchRow& row, const PatchFrame& frame)
+      : index_(hn::Iota(d, 0.0f)),
+        first_(hn::Set(d, row.first)),
+        turn_(hn::Set(d, row.turn)),
+        x_{hn::Set(d, row.x), hn::Set(d, row.slope_x), hn::Set(d, row.bend_x),
+           hn::Set(d, static_cast<float>(frame.low - row.col)), hn::Set(d, static_cast<float>(frame.high_x - row.col))},
+        y_{hn::Set(d, row.y), hn::Set(d, row.slope_y), hn::Set(d, row.bend_y),
+           hn::Set(d, static_cast<float>(frame.low - row.row)),
+           hn::Set(d, static_cast<float>(frame.high_y - row.row))} {}
+  struct Point {
+    V x, y;
+  };
+  /// Of the next pixels, as many as a vector holds.
+  HWY_INLINE Point next() {
+    const V from_middle = hn::Add(first_, index_);
+    index_ = hn::Add(index_, hn::Set(d, static_cast<float>(hn::Lanes(d))));
+    const V one = hn::Set(d, 1.0f);
+    const V over = Rational ? hn::Div(one, hn::Add(one, hn::Mul(from_middle, turn_))) : one;
+    return {at(from_middle, over, x_), at(from_middle, over, y_)};
+  }
+  D d;
+
+ private:
+  struct Axis {
+    V middle, slope, bend, low, high;
+  };
+  static HWY_INLINE V at(V from_middle, V over, const Axis& axis) {
+    V slope = axis.slope;
+    if constexpr (Curved) slope = hn::Add(slope, hn::Mul(from_middle, axis.bend));
+    V way = hn::Mul(from_middle, slope);
+    if constexpr (Rational) way = hn::Mul(way, over);
+    return hn::Min(hn::Max(hn::Add(axis.middle, way), axis.low), axis.high);
+  }
+  V index_, first_, turn_;
+  Axis x_, y_;
+};
+
+template <bool Curved, bool Rational>
+void place_points_fixed(const PatchRow& row, const PatchFrame& frame, int count, Places& places) {
+  RowPoints<Curved, Rational> points(row, frame);
+  using D = typename RowPoints<Curved, Rational>::D;
+  const D d;
+  const hn::RebindToSigned<D> di;
+  const hn::Rebind<std::int16_t, D> d16;
+  const auto one = hn::Set(d, 1 << fraction_bits);
+  const auto mask = hn::Set(di, (1 << fraction_bits) - 1), pitch = hn::Set(di, frame.pitch),
+             col = hn::Set(di, row.col * (1 << fraction_bits)), first_row = hn::Set(di, row.row * (1 << fraction_bits));
+  for (std::size_t i = 0; i < static_cast<std::size_t>(count); i += hn::Lanes(d)) {
+    const auto point = points.next();
+    const auto x = hn::Add(hn::NearestInt(hn::Mul(point.x, one)), col),
+               y = hn::Add(hn::NearestInt(hn::Mul(point.y, one)), first_row);
+    hn::Store(hn::Add(hn::Mul(hn::ShiftRight<fraction_bits>(y), pitch), hn::ShiftRight<fraction_bits>(x)), di,
+              places.at + i);
+    hn::Store(hn::DemoteTo(d16, hn::And(x, mask)), d16, places.x15 + i);
+    hn::Store(hn::DemoteTo(d16, hn::And(y, mask)), d16, places.y15 + i);
+  }
+}
+
+template <bool Curved, bool Rational>
+void place_points(const PatchRow& row, const PatchFrame& frame, int count, Places& places) {
+  RowPoints<Curved, Rational> points(row, frame);
+  using D = typename RowPoints<Curved, Rational>::D;
+  const D d;
+  const hn::RebindToSigned<D> di;
+  const auto pitch = hn::Set(di, frame.pitch), first_col = hn::Set(di, row.col), first_row = hn::Set(di, row.row);
+  for (std::size_t i = 0; i < static_cast<std::size_t>(count); i += hn::Lanes(d)) {
+    const auto point = points.next();
+    const auto col = hn::Floor(point.x), line = hn::Floor(point.y);
+    hn::Store(hn::Add(hn::Mul(hn::Add(hn::ConvertTo(di, line), first_row), pitch),
+                      hn::Add(hn::ConvertTo(di, col), first_col)),
+              di, places.at + i);
+    hn::Store(hn::Sub(point.x, col), d, places.x + i);
+    hn::Store(hn::Sub(point.y, line), d, places.y + i);
+  }
+}
+
+bool curved(const PatchRow& row) { return row.bend_x != 0 || row.bend_y != 0; }
+void place_row_fixed(const PatchRow& row, const PatchFrame& frame, int count, Places& places) {
+  if (curved(row))
+    row.turn != 0 ? place_points_fixed<true, true>(row, frame, count, places)
+                  : place_points_fixed<true, false>(row, frame, count, places);
+  else
+    row.turn != 0 ? place_points_fixed<false, true>(row, frame, count, places)
+                  : place_points_fixed<false, false>(row, frame, count, places);
+}
+void place_row(const PatchRow& row, const PatchFrame& frame, int count, Places& places) {
+  if (curved(row))
+    row.turn != 0 ? place_points<true, true>(row, frame, count, places)
+                  : place_points<true, false>(row, frame, count, places);
+  else
+    row.turn != 0 ? place_points<false, true>(row, frame, count, places)
+                  : place_points<false, false>(row, frame, count, places);
+}
+
 template <class V>
 HWY_INLINE V mix_fixed(V a, V b, V f) {
   return hn::Add(a, hn::MulFixedPoint15(hn::Sub(b, a), f));
@@ -405,6 +505,8 @@ const Kernels* table() {
       project,
       place_fixed,
       place,
+      place_row_fixed,
+      place_row,
       {bilinear4_bytes, bilinear1_bytes, cubic4<std::uint8_t>, cubic1<std::uint8_t>, round<std::uint8_t>},
       {bilinear4<std::int16_t>, bilinear1<std::int16_t>, cubic4<std::int16_t>, cubic1<std::int16_t>,
        round<std::int16_t>},

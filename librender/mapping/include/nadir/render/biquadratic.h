@@ -23,6 +23,18 @@ class Biquadratic {
     return along(0, s) + t * (along(3, s) + t * along(6, s));
   }
 
+  /// Along the row at `y`: the terms of 1, x and x^2.
+  std::array<Eigen::Vector2d, 3> row(double y) const {
+    const double t = y * per_unit_.y();
+    std::array<Eigen::Vector2d, 3> of_x;
+    double unit = 1;
+    for (std::size_t i = 0; i < 3; ++i) {
+      of_x[i] = unit * (terms_[i] + t * (terms_[3 + i] + t * terms_[6 + i]));
+      unit *= per_unit_.x();
+    }
+    return of_x;
+  }
+
   /// Columns are the steps per unit of x and of y.
   Eigen::Matrix2d jacobian(const Eigen::Vector2d& p) const {
     const double s = p.x() * per_unit_.x(), t = p.y() * per_unit_.y();
