@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 
+#include "block_windows.h"
 #include "nadir/base/text.h"
 #include "nadir/render/level_of_detail.h"
 
@@ -23,16 +23,10 @@ constexpr double narrow_blend = 0.25;
 /// More cells than this and a block is cut.
 constexpr std::int64_t most_cells_a_block = 16;
 
-/// Turns of which a block across a map's two ends is counted: it starts in the third, and spans less than two more.
-constexpr std::int32_t turns_counted = 5;
-
 class LayerPlanner {
  public:
   LayerPlanner(const tile::CellSource& source, const Sampling& sampling)
-      : map_(source.map()),
-        sampling_(sampling),
-        map_size_(map_.width(), map_.height()),
-        around_(map_.goes_around() && map_.width() < std::numeric_limits<std::int32_t>::max() / turns_counted) {
+      : map_(source.map()), sampling_(sampling), map_size_(map_.width(), map_.height()), around_(counts_turns(map_)) {
     const auto& coarsest = map_.levels().back();
     coarsest_texels_ = std::sqrt(coarsest.texels_x * coarsest.texels_y);
     plan_.finest_level = static_cast<int>(map_.levels().size());
@@ -225,15 +219,6 @@ class LayerPlanner {
     s.samples_y = std::max(s.samples_y, count(pattern.samples_y));
   }
 
-  /// Brings a block whose texels start at `x` to the third turn, and says how far that was.
-  double count_turns(PlannedBlock& block, double x) const {
-    const double shift = (2 - std::floor(x / map_size_.x())) * map_size_.x();
-    block.sampling.texel_origin.x() += shift;
-    for (auto& p : block.texels) p.x() += shift;
-    block.sampling.map_width = turns_counted * map_size_.x();
-    return shift;
-  }
-
   /// Finds the levels and cells of a block whose texels lie within `bounds`, and adds it. False where they are too
   /// many: near the horizon an outline spans much that its pixels do not sample.
   bool place(PlannedBlock& block, const Eigen::AlignedBox2d& bounds) {
@@ -263,38 +248,11 @@ class LayerPlanner {
     if (sampling_.filter == Filter::Bilinear) s.level_at_corner.fill(std::floor(middle + 0.5));  // one level a block
     if (cubic) s.level_at_corner.fill(std::floor(middle));                                       // of detail enough
     s.level_blend.band = sampling_.filter == Filter::Nearest ? 0 : sampling_.level_blend;
-    const LevelBlend::Choice coarse = s.level_blend(*high);
-    const int first = s.level_blend(*low).finer;
-    const int last = std::min(coarse.finer + (coarse.coarser > 0), static_cast<int>(map_.levels().size()) - 1);
+    block.texels_seen = map.intersection(bounds);
+    if (find_windows(block, map_) > most_cells_a_block && pixels > 1) return false;
 
-    // Two texels to each side for the footprint of a cubic sample, one for a bilinear one, and one for what a step's
-    // linear offsets miss
-    const double margin = cubic ? 3 : 2;
-    std::int64_t cells = 0;
-    Eigen::AlignedBox2d seen = map.intersection(bounds);
-    const double reach = margin * map_.levels()[static_cast<std::size_t>(last)].texels_x;
-    const bool across = around_ && (bounds.min().x() < reach || bounds.max().x() > map_size_.x() - reach);
-    if (across) seen.translate(Eigen::Vector2d(count_turns(block, bounds.min().x()), 0));
-    for (int k = first; k <= last; ++k) {
-      const tile::Level& level = map_.levels()[static_cast<std::size_t>(k)];
-      const auto cell_of = [](double texel, std::int32_t size) {
-        return static_cast<std::int32_t>(std::clamp(std::floor(texel), 0.0, size - 1.0)) >> tile::cell_size_log2;
-      };
-      LevelWindow window{k, level.texels_x, level.texels_y, level.width, level.height};
-      window.around = across;
-      const std::int32_t width = across ? turns_counted * level.width : level.width;
-      window.first_col = cell_of(seen.min().x() / level.texels_x - margin, width);
-      window.first_row = cell_of(seen.min().y() / level.texels_y - margin, level.height);
-      window.cols = cell_of(seen.max().x() / level.texels_x + margin, width) - window.first_col + 1;
-      window.rows = cell_of(seen.max().y() / level.texels_y + margin, level.height) - window.first_row + 1;
-      const std::int32_t shared = across ? 2 : 0;  // stored cells at the ends of the row, and the last column's
-      cells += static_cast<std::int64_t>(window.cols + shared) * window.rows;
-      block.windows.push_back(window);
-    }
-    if (cells > most_cells_a_block && pixels > 1) return false;
-
-    plan_.finest_level = std::min(plan_.finest_level, first);
-    plan_.coarsest_level = std::max(plan_.coarsest_level, last);
+    plan_.finest_level = std::min(plan_.finest_level, block.windows.front().level);
+    plan_.coarsest_level = std::max(plan_.coarsest_level, block.windows.back().level);
     plan_.pixels_sampled += pixels;
     plan_.samples += pixels * s.samples_x * s.samples_y;
     plan_.undersampled = plan_.undersampled || block.undersampled;

@@ -10,6 +10,7 @@
 #include <limits>
 #include <numeric>
 
+#include "coarse_fill.h"
 #include "explain.h"
 #include "exposure.h"
 #include "nadir/base/text.h"
@@ -84,6 +85,15 @@ void note_plan(const LayerPlan& plan, const PatchMapping& mapping, const Samplin
   truth.tiles = std::max(truth.tiles, count_cells(plan));
 }
 
+void note_coarse(const Layer& layer, const CoarseFill& fill, bool explain, Truth& truth, Explanation& explanation) {
+  const CoarseFill before = truth.coarse.value_or(CoarseFill{});
+  truth.coarse = CoarseFill{std::max(before.fraction, fill.fraction), std::max(before.levels, fill.levels)};
+  if (explain && fill.levels > 0)
+    explanation.done.push_back(fmt::format(
+        "{}: {:.1f} % of the pixels from up to {} levels coarser than planned: their cells were not in memory",
+        layer.name, 100 * fill.fraction, fill.levels));
+}
+
 void clear(FrameLayer& layer) {
   std::fill(layer.samples.begin(), layer.samples.end(), std::byte{0});
   std::fill(layer.validity.begin(), layer.validity.end(), std::uint8_t{0});
@@ -118,6 +128,7 @@ struct Renderer::Engine {
   tile::CellCache cache;
   tbb::task_arena arena;
   ErrorModel error_model;
+  MissingCells missing;
 };
 
 Renderer::Renderer(const RendererOptions& options) : engine_(std::make_unique<Engine>(options)) {}
@@ -249,11 +260,22 @@ Result<void> Renderer::sample(const Scene& scene, const ExactChain& chain, std::
   for (const PatchMapping& mapping : shared.mappings) frame.counters_.exact_points += mapping.exact_points;
 
   std::vector<LayerPlan> plans;
+  std::vector<tile::CellPtr> held;
   for (std::size_t k = 0; k < which.size(); ++k) {
     const Layer& layer = scene.layers()[which[k]];
     Truth& truth = frame.layers_[which[k]].truth;
     auto planned = plan_sampling(layer, shared.of(k), options, engine_->error_model);
     if (!planned) return fail(planned);
+    if (options.allow_coarse) {
+      MemoryPlan there;
+      if (may_be_coarse(layer))
+        there = sample_from_memory(layer, static_cast<double>(frame.layers_[which[k]].validity.size()), first,
+                                   engine_->cache, engine_->missing, planned->plan);
+      note_coarse(layer, there.fill, first && options.explain, truth, frame.explanation_);
+      if (there.fill.levels > 0)
+        planned->expected_rmse = expected_error(layer, planned->sampling, planned->plan, engine_->error_model);
+      held.insert(held.end(), there.held.begin(), there.held.end());
+    }
     note_plan(planned->plan, shared.of(k), planned->sampling, options, first, truth);
     truth.expected_rmse = planned->expected_rmse;
     plans.push_back(std::move(planned->plan));
@@ -267,8 +289,14 @@ Result<void> Renderer::sample(const Scene& scene, const ExactChain& chain, std::
                        static_cast<std::size_t>(out.width)});
   }
 
-  const auto sampled =
-      engine_->arena.execute([&] { return run_passes(items, engine_->cache, frame.counters_, damage); });
+  const auto take = [&] {
+    return engine_->arena.execute([&] { return run_passes(items, engine_->cache, frame.counters_, damage); });
+  };
+  auto sampled = take();
+  if (!sampled && sampled.error().kind == Error::Kind::OverBudget && !held.empty()) {
+    held.clear();  // what is held leaves too little room for the coarsest level: in passes, and waiting where it must
+    sampled = take();
+  }
   if (!sampled) return sampled;
   for (std::size_t k = 0; first && options.explain && k < plans.size(); ++k)
     explain_layer(scene.layers()[which[k]], shared.of(k), !shared.is_first(k), plans[k], frame.layers_[which[k]],

@@ -36,13 +36,18 @@ std::vector<Sampling> ways_of_sampling() {
   return ways;
 }
 
+std::optional<double> expected_error(const Layer& layer, const Sampling& sampling, const LayerPlan& plan,
+                                     ErrorModel& model) {
+  if (sampling.filter == Filter::Nearest || sampling.filter == Filter::Reference) return std::nullopt;
+  const auto rmse = expected_rmse(plan, *layer.source, model);
+  return rmse ? std::optional(*rmse * output_scale(layer)) : std::nullopt;
+}
+
 Result<SampledPlan> plan_sampling(const Layer& layer, const PatchMapping& mapping, const RenderOptions& options,
                                   ErrorModel& model) {
   const auto planned = [&](const Sampling& sampling) {
     SampledPlan p{sampling, plan_layer(mapping, *layer.source, sampling), std::nullopt};
-    const bool approximates = sampling.filter != Filter::Nearest && sampling.filter != Filter::Reference;
-    if (const auto rmse = approximates ? expected_rmse(p.plan, *layer.source, model) : std::nullopt)
-      p.expected_rmse = *rmse * output_scale(layer);
+    p.expected_rmse = expected_error(layer, sampling, p.plan, model);
     return p;
   };
   if (!options.max_error || layer.options.role == tile::Role::Labels) return planned(sampling_of(layer, options));

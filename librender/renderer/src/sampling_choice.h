@@ -16,6 +16,10 @@ Sampling sampling_of(const Layer& layer, const RenderOptions& options);
 /// From the cheapest to the finest. Without cubic samples, which are nearer to the ground than to the reference.
 std::vector<Sampling> ways_of_sampling();
 
+/// Truth::expected_rmse of a layer that is sampled so.
+std::optional<double> expected_error(const Layer& layer, const Sampling& sampling, const LayerPlan& plan,
+                                     ErrorModel& model);
+
 struct SampledPlan {
   Sampling sampling;
   LayerPlan plan;

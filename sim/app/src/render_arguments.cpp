@@ -133,6 +133,11 @@ void add_render_options(CLI::App& app, RenderArguments& a) {
       ->capture_default_str()
       ->group("Rendering");
   app.add_option("--fill-value", a.fill_value, "with --off-map fill")->capture_default_str()->group("Rendering");
+  app.add_flag(
+         "--allow-coarse", a.allow_coarse,
+         "do not wait for map tiles that are not in memory: coarser levels stand for them, and the frame's record "
+         "says so (settings.coarse). Such frames depend on what was in memory: no two runs need give the same")
+      ->group("Rendering");
   app.add_option("--cache", a.cache, "memory for decoded map tiles")->capture_default_str()->group("Rendering");
   app.add_option("--threads", a.threads, "0: all the machine has")
       ->capture_default_str()
@@ -230,6 +235,7 @@ Result<render::RenderOptions> make_render_options(const RenderArguments& argumen
   options.off_map = *off_map;
   options.fill_value = arguments.fill_value;
   options.max_error = arguments.max_error;
+  options.allow_coarse = arguments.allow_coarse;
   options.oversampling = arguments.oversampling;
   options.level_blend = arguments.level_blend;
   options.geometry_tolerance_px = arguments.geometry_tolerance_px;

@@ -26,7 +26,8 @@ struct RenderArguments {
   std::string cache = "256MiB", vehicle = "vehicle";
   int threads = 0;
   std::size_t first_frames = 0;  // 0: all
-  bool force = false, no_output = false, no_pictures = false, json = false, explain = false, truth_planes = false;
+  bool force = false, no_output = false, no_pictures = false, json = false, explain = false, truth_planes = false,
+       allow_coarse = false;
 };
 
 /// Declares the options on `app`, to be parsed into `arguments`.

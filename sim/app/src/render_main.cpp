@@ -19,6 +19,7 @@ namespace {
 
 struct Summary {
   std::size_t frames = 0, rejected = 0, blank = 0;  // blank: frames without one valid pixel
+  std::size_t coarse = 0;                           // frames with pixels from coarser levels than planned
   std::size_t damaged = 0;                          // frames that saw damaged tiles
   std::set<std::string> damage;
   double seconds = 0;
@@ -40,6 +41,7 @@ void print_json(const Summary& summary, const render::Renderer& renderer, const 
       {"rejected", summary.rejected},
       {"damaged", summary.damaged},
       {"blank", summary.blank},
+      {"coarse", summary.coarse},
       {"seconds", summary.seconds},
       {"median_frame_ms", summary.median_ms()},
       {"cells_loaded", cache.loads},
@@ -55,6 +57,7 @@ void print_text(const Summary& summary, const std::string& folder, bool pictures
   fmt::print("{} frames in {:.1f} s, {:.1f} ms each in the renderer (median)", summary.frames, summary.seconds,
              summary.median_ms());
   if (summary.rejected > 0) fmt::print(", {} rejected: they look beyond the map", summary.rejected);
+  if (summary.coarse > 0) fmt::print(", {} of them partly from coarser levels than planned", summary.coarse);
   if (!folder.empty())
     fmt::print("\n{0}/frames.jsonl holds the truth{1}", folder,
                pictures ? fmt::format("; look at {}/*.png", folder) : "");
@@ -131,12 +134,14 @@ Result<void> render_frames(const RenderArguments& arguments, const render::Rende
                               frame.error().kind == Error::Kind::OverBudget ? " with --cache" : ""));
     ++summary.frames;
     if (is_blank(*frame)) ++summary.blank;
-    bool damaged = false;
+    bool damaged = false, coarse = false;
     for (const render::FrameLayer& layer : frame->layers()) {
+      coarse = coarse || (layer.truth.coarse && layer.truth.coarse->fraction > 0);
       damaged = damaged || !layer.truth.damage.empty();
       summary.damage.insert(layer.truth.damage.begin(), layer.truth.damage.end());
     }
     summary.damaged += damaged;
+    summary.coarse += coarse;
     summary.frame_ms.push_back(frame->truth().render_ms);
     if (frame_options.explain) summary.explanation = frame->explanation();
     if (!arguments.no_pictures && dataset) overview.add(frame->truth(), pose.time_ns);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Geometry>
 #include <cstdint>
 #include <memory>
 #include <vector>
@@ -16,6 +17,7 @@ struct PlannedBlock {
   PixelRect rect;
   BlockSampling sampling;               // but for its levels, which exist once their cells are pinned
   std::vector<LevelWindow> windows;     // but for their cells
+  Eigen::AlignedBox2d texels_seen;      // of level 0, on the map, without the footprints' margins
   std::vector<Eigen::Vector2d> texels;  // of a per-pixel block; sampling.texels refers to them
   double longest_texels = 0;            // of its pixels' footprints, along their longer axes
   bool undersampled = false;            // some pixel spans more texels than it takes samples of
@@ -37,5 +39,8 @@ inline constexpr int most_reference_samples_a_side = 256;
 /// Cuts the mapping's patches into blocks of at most `block_px` a side and finds for each what it samples: the levels
 /// from the footprint at its corners, and the cells that its outline may touch.
 LayerPlan plan_layer(const PatchMapping& mapping, const tile::CellSource& source, const Sampling& sampling);
+
+/// Has a block sampled from no level finer than the one after its finest. That level must be there.
+void coarsen(PlannedBlock& block, const tile::Map& map);
 
 }  // namespace nadir::render

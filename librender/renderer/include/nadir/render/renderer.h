@@ -36,7 +36,13 @@ struct RenderOptions {
   OffMap off_map = OffMap::Mask;
   double fill_value = 0;      // with OffMap::Fill
   double motion_step_px = 2;  // of motion in the image, at most, between the poses that stand for an exposure; over 0
-  bool explain = false;       // fill in Frame::explanation
+  /// Do not wait for map tiles that are not in memory: a block of pixels whose cells are not all there is sampled from
+  /// the finest coarser level whose cells are, in the last resort from the coarsest, which alone is read. What was
+  /// missing is loaded in the background for coming frames. Such frames hang on what was in memory: they are outside
+  /// the promise of the same bytes, and say what of them is coarse (Truth::coarse). A layer of role Labels waits unless
+  /// its map says that it holds labels, as nadir build has it say, which never blends them.
+  bool allow_coarse = false;
+  bool explain = false;  // fill in Frame::explanation
 };
 
 struct RendererOptions {
@@ -53,7 +59,8 @@ class Renderer {
   Renderer(Renderer&&) noexcept;
   Renderer& operator=(Renderer&&) noexcept;
 
-  /// One frame with all layers of the scene. The same bytes for any thread count, budget and history.
+  /// One frame with all layers of the scene. The same bytes for any thread count, budget and history, unless
+  /// `options.allow_coarse`.
   Result<Frame> render(const Scene& scene, const Camera& camera, const CameraPose& ecef_from_camera,
                        const RenderOptions& options = {});
 
@@ -68,7 +75,7 @@ class Renderer {
   /// `render` to say.
   [[nodiscard]] tile::CellCache::Ticket prefetch(const Scene& scene, const Camera& camera,
                                                  const CameraPose& ecef_from_camera, const RenderOptions& options = {});
-  /// Waits until that is done.
+  /// Waits until that is done, and what frames with `allow_coarse` found missing is loaded.
   void wait_for_prefetch() { cache().wait_for_prefetch(); }
 
   tile::CacheCounters cache_counters() const;
