@@ -25,15 +25,19 @@ constexpr std::int64_t most_cells_a_block = 16;
 
 class LayerPlanner {
  public:
-  LayerPlanner(const tile::CellSource& source, const Sampling& sampling)
-      : map_(source.map()), sampling_(sampling), map_size_(map_.width(), map_.height()), around_(counts_turns(map_)) {
+  LayerPlanner(const tile::CellSource& source, const Sampling& sampling, const RowRange& rows)
+      : map_(source.map()),
+        sampling_(sampling),
+        rows_(rows),
+        map_size_(map_.width(), map_.height()),
+        around_(counts_turns(map_)) {
     const auto& coarsest = map_.levels().back();
     coarsest_texels_ = std::sqrt(coarsest.texels_x * coarsest.texels_y);
     plan_.finest_level = static_cast<int>(map_.levels().size());
   }
 
   void add(const Patch& patch) {
-    const std::int64_t pixels = static_cast<std::int64_t>(patch.rect.width) * patch.rect.height;
+    const std::int64_t pixels = pixels_of(patch.rect);
     switch (patch.kind) {
       case Patch::Kind::NoGround:
         plan_.pixels_no_ground += pixels;
@@ -57,6 +61,11 @@ class LayerPlanner {
   }
 
  private:
+  /// Pixels of a rectangle in the rows that are planned.
+  std::int64_t pixels_of(const PixelRect& rect) const {
+    return static_cast<std::int64_t>(rect.width) * rows_.shared(rect);
+  }
+
   /// Along the frame's grid of blocks
   void cut(const Patch& patch, const PixelRect& rect) {
     for (int y = rect.y; y < rect.y + rect.height;) {
@@ -72,6 +81,7 @@ class LayerPlanner {
   }
 
   void add_homography(const Patch& patch, const PixelRect& rect) {
+    if (!rows_.meets(rect)) return;
     PlannedBlock block;
     block.rect = rect;
     BlockSampling& s = block.sampling;
@@ -95,6 +105,7 @@ class LayerPlanner {
   }
 
   void add_biquadratic(const Patch& patch, const PixelRect& rect) {
+    if (!rows_.meets(rect)) return;
     PlannedBlock block;
     block.rect = rect;
     BlockSampling& s = block.sampling;
@@ -133,6 +144,7 @@ class LayerPlanner {
 
   /// `texels`: of the pixel centres of `rect`, NaN where no ground is seen; `footprint`: for want of a better.
   void add_texels(const PixelRect& rect, std::vector<Eigen::Vector2d> texels, Eigen::Matrix2d footprint) {
+    if (!rows_.meets(rect)) return;
     bring_to_one_turn(texels);
     const auto at = [&](int x, int y) -> const Eigen::Vector2d& {
       return texels[static_cast<std::size_t>(y * rect.width + x)];
@@ -145,7 +157,7 @@ class LayerPlanner {
       ++seen;
     }
     if (seen == 0) {
-      plan_.pixels_no_ground += static_cast<std::int64_t>(texels.size());
+      plan_.pixels_no_ground += pixels_of(rect);
       return;
     }
     // One Jacobian for all, from the first pixel whose neighbours see ground
@@ -225,7 +237,7 @@ class LayerPlanner {
     BlockSampling& s = block.sampling;
     Eigen::AlignedBox2d map(Eigen::Vector2d::Zero(), map_size_);
     if (around_) map.min().x() = bounds.min().x(), map.max().x() = bounds.max().x();  // it has no ends
-    const std::int64_t pixels = static_cast<std::int64_t>(block.rect.width) * block.rect.height;
+    const std::int64_t pixels = pixels_of(block.rect);
     if (!map.intersects(bounds)) {
       plan_.pixels_off_map += pixels;
       return true;
@@ -249,7 +261,7 @@ class LayerPlanner {
     if (cubic) s.level_at_corner.fill(std::floor(middle));                                       // of detail enough
     s.level_blend.band = sampling_.filter == Filter::Nearest ? 0 : sampling_.level_blend;
     block.texels_seen = map.intersection(bounds);
-    if (find_windows(block, map_) > most_cells_a_block && pixels > 1) return false;
+    if (find_windows(block, map_) > most_cells_a_block && block.rect.width * block.rect.height > 1) return false;
 
     plan_.finest_level = std::min(plan_.finest_level, block.windows.front().level);
     plan_.coarsest_level = std::max(plan_.coarsest_level, block.windows.back().level);
@@ -262,6 +274,7 @@ class LayerPlanner {
 
   const tile::Map& map_;
   const Sampling& sampling_;
+  const RowRange rows_;
   const Eigen::Vector2d map_size_;
   const bool around_;  // the Earth
   double coarsest_texels_ = 1;
@@ -270,8 +283,9 @@ class LayerPlanner {
 
 }  // namespace
 
-LayerPlan plan_layer(const PatchMapping& mapping, const tile::CellSource& source, const Sampling& sampling) {
-  LayerPlanner planner(source, sampling);
+LayerPlan plan_layer(const PatchMapping& mapping, const tile::CellSource& source, const Sampling& sampling,
+                     const RowRange& rows) {
+  LayerPlanner planner(source, sampling, rows);
   for (const Patch& patch : mapping.patches) planner.add(patch);
   LayerPlan plan = planner.take();
   for (PlannedBlock& block : plan.blocks) block.sampling.texels = block.texels;  // the vectors have come to rest

@@ -37,8 +37,10 @@ inline constexpr int most_samples_a_side = 16;
 inline constexpr int most_reference_samples_a_side = 256;
 
 /// Cuts the mapping's patches into blocks of at most `block_px` a side and finds for each what it samples: the levels
-/// from the footprint at its corners, and the cells that its outline may touch.
-LayerPlan plan_layer(const PatchMapping& mapping, const tile::CellSource& source, const Sampling& sampling);
+/// from the footprint at its corners, and the cells that its outline may touch. `rows`: blocks that meet none of them
+/// are left out; the others are those of the whole image.
+LayerPlan plan_layer(const PatchMapping& mapping, const tile::CellSource& source, const Sampling& sampling,
+                     const RowRange& rows = {});
 
 /// Has a block sampled from no level finer than the one after its finest. That level must be there.
 void coarsen(PlannedBlock& block, const tile::Map& map);

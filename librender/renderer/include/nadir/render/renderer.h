@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <set>
@@ -70,6 +71,18 @@ class Renderer {
   Result<Frame> render(const Scene& scene, const Camera& camera, const CameraMotion& motion, const Shutter& shutter,
                        const RenderOptions& options = {});
 
+  /// As `render`, in bands of `band_rows` rows (fewer in the last), from the top, each given to `sink` in its turn:
+  /// memory is that of the cache and of a band, whatever the frame's height. Together they are the bytes of the whole
+  /// frame. Multiples of block_px rows cost least, since blocks across two bands are sampled in both. Returns the frame
+  /// without pixels, with all of its truth; the truth of a band lacks damage and valid fraction. What is chosen for
+  /// whole frames (`max_error`) is chosen by planning all bands beforehand.
+  /// Error: Unsupported with `allow_coarse`, and what `sink` returns.
+  using BandSink = std::function<Result<void>(const Frame& band, int first_row)>;
+  Result<Frame> render_bands(const Scene& scene, const Camera& camera, const CameraPose& ecef_from_camera,
+                             const RenderOptions& options, int band_rows, const BandSink& sink);
+  Result<Frame> render_bands(const Scene& scene, const Camera& camera, const CameraMotion& motion,
+                             const Shutter& shutter, const RenderOptions& options, int band_rows, const BandSink& sink);
+
   /// Begins to load, in the background, what a frame at a coming pose will sample: no byte of any frame hangs on it.
   /// Destroyed or replaced, the ticket cancels what of that has not begun. What is wrong with the frame is left for
   /// `render` to say.
@@ -84,9 +97,16 @@ class Renderer {
   /// `middle`: of the frame's truth; `instants`: whose mean the frame is, one alone being the middle itself.
   Result<Frame> expose(const Scene& scene, const ExactChain& middle, std::span<const ExactChain> instants,
                        const RenderOptions& options);
-  /// Samples the layers whose indices are given, as they are at one instant, the `first` or a later one.
+  Result<Frame> expose_in_bands(const Scene& scene, const ExactChain& middle, std::span<const ExactChain> instants,
+                                const RenderOptions& options, int band_rows, const BandSink& sink);
+  struct Band;
+  /// Fills the frame's layers, which hold all rows, or those of `band` where there is one.
+  Result<void> expose_rows(const Scene& scene, const ExactChain& middle, std::span<const ExactChain> instants,
+                           const RenderOptions& options, const Band* band, Frame& frame, std::set<std::string>& damage);
+  /// Samples the layers whose indices are given, as they are at one instant.
   Result<void> sample(const Scene& scene, const ExactChain& chain, std::span<const std::size_t> which,
-                      const RenderOptions& options, bool first, Frame& frame, std::set<std::string>& damage);
+                      const RenderOptions& options, std::size_t instant, const Band* band, Frame& frame,
+                      std::set<std::string>& damage);
   tile::CellCache& cache();
   struct Engine;
   std::unique_ptr<Engine> engine_;

@@ -1,0 +1,91 @@
+#include "frame_layers.h"
+
+#include <algorithm>
+#include <limits>
+
+namespace nadir::render {
+namespace {
+
+/// What invalid pixels hold.
+void finish_invalid(FrameLayer& layer, const RenderOptions& options) {
+  const bool fill = options.off_map == OffMap::Fill;
+  tile::with_sample_type(layer.type, [&]<class T>(T) {
+    T value{};
+    if constexpr (std::is_floating_point_v<T>)
+      value = fill ? static_cast<T>(options.fill_value) : std::numeric_limits<T>::quiet_NaN();
+    else if (fill)
+      value = static_cast<T>(
+          std::clamp<double>(options.fill_value, std::numeric_limits<T>::min(), std::numeric_limits<T>::max()));
+    T* samples = reinterpret_cast<T*>(layer.samples.data());
+    const auto bands = static_cast<std::size_t>(layer.bands);
+    for (std::size_t i = 0; i < layer.validity.size(); ++i)
+      if (!layer.validity[i]) std::fill_n(samples + i * bands, bands, value);
+  });
+}
+
+}  // namespace
+
+FrameLayer empty_layer(const Layer& layer, const ExactChain& chain) {
+  FrameLayer out;
+  out.name = layer.name;
+  out.width = chain.camera().width_px();
+  out.height = chain.camera().height_px();
+  out.bands = static_cast<int>(layer.source->bands().size());
+  out.type = layer.source->type();
+  out.truth = geometric_truth(chain, layer.source->map());
+  return out;
+}
+
+void allocate(const Layer& layer, int rows, FrameLayer& out) {
+  const std::size_t pixels = static_cast<std::size_t>(out.width) * static_cast<std::size_t>(rows);
+  out.height = rows;
+  out.type = layer.source->type();
+  out.samples.assign(pixels * static_cast<std::size_t>(out.bands) * tile::size_bytes(out.type), std::byte{0});
+  out.validity.assign(pixels, 0);
+}
+
+void clear(FrameLayer& layer) {
+  std::fill(layer.samples.begin(), layer.samples.end(), std::byte{0});
+  std::fill(layer.validity.begin(), layer.validity.end(), std::uint8_t{0});
+}
+
+void note_plan(const SampledPlan& planned, double geometry_error_px, std::int64_t cells, const RenderOptions& options,
+               bool first, Truth& truth) {
+  const LayerPlan& plan = planned.plan;
+  truth.quality = options.quality;
+  truth.filter = planned.sampling.filter;
+  truth.oversampling = planned.sampling.oversampling;
+  truth.finest_level = first ? plan.finest_level : std::min(truth.finest_level, plan.finest_level);
+  truth.coarsest_level = std::max(truth.coarsest_level, plan.coarsest_level);
+  truth.undersampled = truth.undersampled || plan.undersampled;
+  truth.geometry_error_px = std::max(truth.geometry_error_px, geometry_error_px);
+  truth.tiles = std::max(truth.tiles, cells);
+  truth.expected_rmse = planned.expected_rmse;
+}
+
+std::int64_t finish_layer(const Layer& layer, const RenderOptions& options, FrameLayer& out) {
+  const std::size_t pixels = out.validity.size();
+  if (const auto& output = layer.options.output) {
+    out.samples = convert(out.samples.data(), out.type, pixels * static_cast<std::size_t>(out.bands), *output);
+    out.type = output->type;
+  }
+  const auto valid = static_cast<std::size_t>(std::count(out.validity.begin(), out.validity.end(), 1));
+  if (valid < pixels) finish_invalid(out, options);
+  return static_cast<std::int64_t>(valid);
+}
+
+WorkTotals totals(const Scene& scene) {
+  WorkTotals t;
+  std::vector<const tile::MapDescription*> seen;
+  for (const Layer& layer : scene.layers()) {
+    const tile::Map& map = layer.source->map();
+    if (std::find(seen.begin(), seen.end(), &map.description()) != seen.end()) continue;
+    seen.push_back(&map.description());
+    t.projection_points += map.projection().library_points();
+    t.windows_read += map.counters().windows_read;
+    t.samples_read += map.counters().samples_read;
+  }
+  return t;
+}
+
+}  // namespace nadir::render
