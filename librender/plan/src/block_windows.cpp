@@ -13,8 +13,9 @@ constexpr std::int32_t turns_counted = 5;
 
 /// Brings a block to the third turn.
 void count_turns(PlannedBlock& block, double map_width) {
-  const double shift = (2 - std::floor(block.texels_seen.min().x() / map_width)) * map_width;
-  block.texels_seen.translate(Eigen::Vector2d(shift, 0));
+  const double shift = (2 - std::floor(block.seen_min.x() / map_width)) * map_width;
+  block.seen_min.x() += shift;
+  block.seen_max.x() += shift;
   block.sampling.texel_origin.x() += shift;
   for (auto& p : block.texels) p.x() += shift;
   block.sampling.map_width = turns_counted * map_width;
@@ -39,12 +40,11 @@ std::int64_t find_windows(PlannedBlock& block, const tile::Map& map) {
   bool across = !block.windows.empty() && block.windows.front().around;
   if (!across && counts_turns(map)) {
     const double reach = margin * map.levels()[static_cast<std::size_t>(last)].texels_x;
-    across = block.texels_seen.min().x() < reach || block.texels_seen.max().x() > map.width() - reach;
+    across = block.seen_min.x() < reach || block.seen_max.x() > map.width() - reach;
     if (across) count_turns(block, map.width());
   }
   block.windows.clear();
   std::int64_t cells = 0;
-  const Eigen::AlignedBox2d& seen = block.texels_seen;
   for (int k = first; k <= last; ++k) {
     const tile::Level& level = map.levels()[static_cast<std::size_t>(k)];
     const auto cell_of = [](double texel, std::int32_t size) {
@@ -53,10 +53,10 @@ std::int64_t find_windows(PlannedBlock& block, const tile::Map& map) {
     LevelWindow window{k, level.texels_x, level.texels_y, level.width, level.height};
     window.around = across;
     const std::int32_t width = across ? turns_counted * level.width : level.width;
-    window.first_col = cell_of(seen.min().x() / level.texels_x - margin, width);
-    window.first_row = cell_of(seen.min().y() / level.texels_y - margin, level.height);
-    window.cols = cell_of(seen.max().x() / level.texels_x + margin, width) - window.first_col + 1;
-    window.rows = cell_of(seen.max().y() / level.texels_y + margin, level.height) - window.first_row + 1;
+    window.first_col = cell_of(block.seen_min.x() / level.texels_x - margin, width);
+    window.first_row = cell_of(block.seen_min.y() / level.texels_y - margin, level.height);
+    window.cols = cell_of(block.seen_max.x() / level.texels_x + margin, width) - window.first_col + 1;
+    window.rows = cell_of(block.seen_max.y() / level.texels_y + margin, level.height) - window.first_row + 1;
     const std::int32_t shared = across ? 2 : 0;  // stored cells at the ends of the row, and the last column's
     cells += static_cast<std::int64_t>(window.cols + shared) * window.rows;
     block.windows.push_back(window);

@@ -260,7 +260,8 @@ class LayerPlanner {
     if (sampling_.filter == Filter::Bilinear) s.level_at_corner.fill(std::floor(middle + 0.5));  // one level a block
     if (cubic) s.level_at_corner.fill(std::floor(middle));                                       // of detail enough
     s.level_blend.band = sampling_.filter == Filter::Nearest ? 0 : sampling_.level_blend;
-    block.texels_seen = map.intersection(bounds);
+    block.seen_min = map.intersection(bounds).min();
+    block.seen_max = map.intersection(bounds).max();
     if (find_windows(block, map_) > most_cells_a_block && block.rect.width * block.rect.height > 1) return false;
 
     plan_.finest_level = std::min(plan_.finest_level, block.windows.front().level);

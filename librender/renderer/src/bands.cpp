@@ -47,7 +47,7 @@ Survey survey(const Scene& scene, const ExactChain& chain, std::span<const std::
     sum.undersampled = sum.undersampled || plan.undersampled;
     found.planned.sees_map = true;
     add_cells(plan, found.cells);
-    if (approximates(sampling)) forecast.add(plan, rows);
+    if (is_predicted(layer, sampling)) forecast.add(plan, rows);
   }
   found.planned.expected_rmse = expected_error(layer, forecast, model);
   return found;
@@ -107,8 +107,7 @@ Result<Frame> Renderer::expose_in_bands(const Scene& scene, const ExactChain& mi
   if (options.allow_coarse)
     return fail(Error::Kind::Unsupported,
                 "a frame in bands is no live picture, and waits for its map tiles: do not allow coarser levels for it");
-  const WorkTotals before = totals(scene);
-  const tile::CacheCounters cache_before = engine_->cache.counters();
+  const WorkTotals before = work_so_far(scene, engine_->cache);
   const int height = middle.camera().height_px();
   const std::vector<RowRange> bands = bands_of(height, band_rows);
 
@@ -149,11 +148,7 @@ Result<Frame> Renderer::expose_in_bands(const Scene& scene, const ExactChain& mi
     start = Clock::now();  // what the sink does is not the renderer's
   }
 
-  const WorkTotals after = totals(scene);
-  frame.counters_.projection_points = after.projection_points - before.projection_points;
-  frame.counters_.windows_read = after.windows_read - before.windows_read;
-  frame.counters_.samples_read = after.samples_read - before.samples_read;
-  frame.counters_.cells_loaded = engine_->cache.counters().loads - cache_before.loads;
+  count_work(before, work_so_far(scene, engine_->cache), frame.counters_);
   for (const std::size_t i : all) {
     FrameLayer& out = frame.layers_[i];
     out.height = height;
@@ -163,8 +158,7 @@ Result<Frame> Renderer::expose_in_bands(const Scene& scene, const ExactChain& mi
         static_cast<double>(valid[i]) / (static_cast<double>(out.width) * static_cast<double>(height));
     out.truth.render_ms = render_ms;
     frame.counters_.cells += out.truth.tiles;
-    for (const std::string& message : damage)
-      if (message.starts_with(out.truth.map_path)) out.truth.damage.push_back(message);
+    note_damage(damage, out.truth);
   }
   if (options.explain) {
     frame.explanation_.done.push_back(

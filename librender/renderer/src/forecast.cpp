@@ -80,7 +80,7 @@ void Forecast::add(const LayerPlan& plan, const RowRange& rows) {
 }
 
 std::optional<double> Forecast::expected_rmse(const tile::CellSource& source, ErrorModel& model) {
-  if (source.domain() == tile::Domain::Decibel || views_.empty()) return std::nullopt;
+  if (views_.empty()) return std::nullopt;
   std::sort(views_.begin(), views_.end(),
             [](const View& a, const View& b) { return std::pair(a.rect.y, a.rect.x) < std::pair(b.rect.y, b.rect.x); });
   std::map<int, Eigen::AlignedBox2d> seen;  // by octave

@@ -15,7 +15,7 @@ class Forecast {
   void add(const LayerPlan& plan, const RowRange& rows = {});
 
   /// Root mean square error to expect of the pixels against the reference filter, in map values, their rounding
-  /// included. Empty where the map does not tell what its levels lose, and of values in decibel. The same in whatever
+  /// included. Empty where the map does not tell what its levels lose. Not for values in decibel. The same in whatever
   /// order plans were added.
   /// Cost: a few microseconds a block, once its footprint is known to `model`.
   std::optional<double> expected_rmse(const tile::CellSource& source, ErrorModel& model);

@@ -74,7 +74,12 @@ std::int64_t finish_layer(const Layer& layer, const RenderOptions& options, Fram
   return static_cast<std::int64_t>(valid);
 }
 
-WorkTotals totals(const Scene& scene) {
+void note_damage(const std::set<std::string>& damage, Truth& truth) {
+  for (const std::string& message : damage)
+    if (message.starts_with(truth.map_path)) truth.damage.push_back(message);
+}
+
+WorkTotals work_so_far(const Scene& scene, const tile::CellCache& cache) {
   WorkTotals t;
   std::vector<const tile::MapDescription*> seen;
   for (const Layer& layer : scene.layers()) {
@@ -85,7 +90,15 @@ WorkTotals totals(const Scene& scene) {
     t.windows_read += map.counters().windows_read;
     t.samples_read += map.counters().samples_read;
   }
+  t.cells_loaded = cache.counters().loads;
   return t;
+}
+
+void count_work(const WorkTotals& before, const WorkTotals& after, FrameCounters& counters) {
+  counters.projection_points = after.projection_points - before.projection_points;
+  counters.windows_read = after.windows_read - before.windows_read;
+  counters.samples_read = after.samples_read - before.samples_read;
+  counters.cells_loaded = after.cells_loaded - before.cells_loaded;
 }
 
 }  // namespace nadir::render

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <set>
+#include <string>
+
 #include "nadir/render/frame.h"
 #include "nadir/render/renderer.h"
 #include "sampling_choice.h"
@@ -22,10 +25,14 @@ void note_plan(const SampledPlan& planned, double geometry_error_px, std::int64_
 /// From map values to what the sensor delivers. Returns how many pixels are valid.
 std::int64_t finish_layer(const Layer& layer, const RenderOptions& options, FrameLayer& out);
 
-/// What all maps of a scene have cost so far, each counted once however many layers it has.
+/// What was found of damaged tiles of the layer's map.
+void note_damage(const std::set<std::string>& damage, Truth& truth);
+
+/// What all maps of a scene, each counted once however many layers it has, and the cache have cost so far.
 struct WorkTotals {
-  std::int64_t projection_points = 0, windows_read = 0, samples_read = 0;
+  std::int64_t projection_points = 0, windows_read = 0, samples_read = 0, cells_loaded = 0;
 };
-WorkTotals totals(const Scene& scene);
+WorkTotals work_so_far(const Scene& scene, const tile::CellCache& cache);
+void count_work(const WorkTotals& before, const WorkTotals& after, FrameCounters& counters);
 
 }  // namespace nadir::render

@@ -6,8 +6,6 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
-#include <cmath>
-#include <limits>
 #include <numeric>
 
 #include "engine.h"
@@ -97,8 +95,7 @@ Result<Frame> Renderer::expose(const Scene& scene, const ExactChain& middle, std
   const auto start = std::chrono::steady_clock::now();
   if (auto ok = scene.check(); !ok) return fail(ok);
   if (auto ok = check(options); !ok) return fail(ok);
-  const WorkTotals before = totals(scene);
-  const tile::CacheCounters cache_before = engine_->cache.counters();
+  const WorkTotals before = work_so_far(scene, engine_->cache);
 
   Frame frame;
   for (const Layer& layer : scene.layers()) {
@@ -111,18 +108,13 @@ Result<Frame> Renderer::expose(const Scene& scene, const ExactChain& middle, std
   std::set<std::string> damage;
   if (auto ok = expose_rows(scene, middle, instants, options, nullptr, frame, damage); !ok) return fail(ok);
 
-  const WorkTotals after = totals(scene);
-  frame.counters_.projection_points = after.projection_points - before.projection_points;
-  frame.counters_.windows_read = after.windows_read - before.windows_read;
-  frame.counters_.samples_read = after.samples_read - before.samples_read;
-  frame.counters_.cells_loaded = engine_->cache.counters().loads - cache_before.loads;
+  count_work(before, work_so_far(scene, engine_->cache), frame.counters_);
   for (std::size_t i = 0; i < frame.layers_.size(); ++i) {
     FrameLayer& out = frame.layers_[i];
     const std::int64_t valid = finish_layer(scene.layers()[i], options, out);
     out.truth.valid_fraction = static_cast<double>(valid) / static_cast<double>(out.validity.size());
     frame.counters_.cells += out.truth.tiles;
-    for (const std::string& message : damage)
-      if (message.starts_with(out.truth.map_path)) out.truth.damage.push_back(message);
+    note_damage(damage, out.truth);
   }
   if (options.explain) explain_frame(scene, middle.camera(), frame.counters_, frame.explanation_);
   const double render_ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
@@ -184,7 +176,7 @@ Result<void> Renderer::sample(const Scene& scene, const ExactChain& chain, std::
         note_coarse(layer, there.fill, explained, truth, frame.explanation_);
         if (there.fill.levels > 0) {
           Forecast forecast;
-          if (approximates(planned->sampling)) forecast.add(planned->plan);
+          if (is_predicted(layer, planned->sampling)) forecast.add(planned->plan);
           planned->expected_rmse = expected_error(layer, forecast, engine_->error_model);
         }
         held.insert(held.end(), there.held.begin(), there.held.end());

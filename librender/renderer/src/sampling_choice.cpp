@@ -36,8 +36,9 @@ std::vector<Sampling> ways_of_sampling() {
   return ways;
 }
 
-bool approximates(const Sampling& sampling) {
-  return sampling.filter != Filter::Nearest && sampling.filter != Filter::Reference;
+bool is_predicted(const Layer& layer, const Sampling& sampling) {
+  return sampling.filter != Filter::Nearest && sampling.filter != Filter::Reference &&
+         layer.source->domain() != tile::Domain::Decibel;
 }
 
 std::optional<double> expected_error(const Layer& layer, Forecast& forecast, ErrorModel& model) {
@@ -66,14 +67,15 @@ Result<SampledPlan> choose_plan(const Layer& layer, const RenderOptions& options
 
 Result<SampledPlan> plan_sampling(const Layer& layer, const PatchMapping& mapping, const RenderOptions& options,
                                   ErrorModel& model) {
-  return choose_plan(layer, options, [&](const Sampling& sampling) {
+  const auto planned = [&](const Sampling& sampling) {
     SampledPlan p{sampling, plan_layer(mapping, *layer.source, sampling), std::nullopt};
     p.sees_map = !p.plan.blocks.empty();
     Forecast forecast;
-    if (approximates(sampling)) forecast.add(p.plan);
+    if (is_predicted(layer, sampling)) forecast.add(p.plan);
     p.expected_rmse = expected_error(layer, forecast, model);
     return p;
-  });
+  };
+  return choose_plan(layer, options, std::ref(planned));
 }
 
 }  // namespace nadir::render

@@ -17,8 +17,8 @@ Sampling sampling_of(const Layer& layer, const RenderOptions& options);
 /// From the cheapest to the finest. Without cubic samples, which are nearer to the ground than to the reference.
 std::vector<Sampling> ways_of_sampling();
 
-/// Whether a way of sampling approximates the reference, with an error to be predicted.
-bool approximates(const Sampling& sampling);
+/// Whether a layer sampled so has an error to be predicted: that of an approximation of the reference, in no decibels.
+bool is_predicted(const Layer& layer, const Sampling& sampling);
 
 /// Truth::expected_rmse of a layer: of what is forecast, in the frame's values.
 std::optional<double> expected_error(const Layer& layer, Forecast& forecast, ErrorModel& model);

@@ -1,8 +1,9 @@
 #pragma once
 
-#include <Eigen/Geometry>
+#include <Eigen/Core>
 #include <cstdint>
 #include <memory>
+#include <type_traits>
 #include <vector>
 
 #include "nadir/render/patches.h"
@@ -17,11 +18,13 @@ struct PlannedBlock {
   PixelRect rect;
   BlockSampling sampling;               // but for its levels, which exist once their cells are pinned
   std::vector<LevelWindow> windows;     // but for their cells
-  Eigen::AlignedBox2d texels_seen;      // of level 0, on the map, without the footprints' margins
+  Eigen::Vector2d seen_min, seen_max;   // texels of level 0, on the map, without the footprints' margins
   std::vector<Eigen::Vector2d> texels;  // of a per-pixel block; sampling.texels refers to them
   double longest_texels = 0;            // of its pixels' footprints, along their longer axes
   bool undersampled = false;            // some pixel spans more texels than it takes samples of
 };
+
+static_assert(std::is_nothrow_move_constructible_v<PlannedBlock>, "lists of blocks would copy them when they grow");
 
 /// How one layer of a frame will be made. What sees nothing has no block.
 struct LayerPlan {
