@@ -133,6 +133,39 @@ class Dataset(unittest.TestCase):
                 one.pop("render_ms"), two.pop("render_ms")
                 self.assertEqual(one, two)
 
+    def test_frames_in_bands_are_the_frames_and_take_the_memory_of_a_band(self):
+        side = 6000
+        (self.out / "large.yaml").write_text(
+            f"image_width: {side}\nimage_height: {side}\ncamera_name: large\ndistortion_model: plumb_bob\n"
+            f"camera_matrix: {{rows: 3, cols: 3, data: [{side}, 0, {side / 2 - 0.5}, 0, {side}, {side / 2 - 0.5}, 0, 0, 1]}}\n"
+            "distortion_coefficients: {rows: 1, cols: 5, data: [-0.1, 0, 0, 0, 0]}\n")
+        (self.out / "one.csv").write_text("t_s,lat_deg,lon_deg,height_m,yaw_deg,pitch_deg,roll_deg\n0,0.3508737,32.5947189,250,30,10,0\n")
+        peak_kib = {}
+        for name, memory in (("whole", "1GiB"), ("bands", "4MiB")):
+            arguments = [NADIR, "render", "--map", MAPS / "kampala.tif", "--camera", self.out / "large.yaml", "--poses", self.out / "one.csv",
+                         "-o", self.out / name, "--frame-memory", memory, "--no-pictures", "--json"]
+            with open(self.out / f"{name}.json", "w") as summary:
+                child = subprocess.Popen(list(map(str, arguments)), stdout=summary)
+                _, status, usage = os.wait4(child.pid, 0)
+            child.returncode = os.waitstatus_to_exitcode(status)
+            self.assertEqual(child.returncode, 0)
+            self.assertEqual(json.loads((self.out / f"{name}.json").read_text())["in_bands"], int(name == "bands"))
+            peak_kib[name] = usage.ru_maxrss
+        self.assertEqual(frames_of(self.out / "whole"), frames_of(self.out / "bands"))
+        self.assertEqual(len(frames_of(self.out / "bands")), 2, "an image and its mask")
+        whole, bands = ({k: v for k, v in records_of(self.out / name)[0].items() if k != "render_ms"} for name in ("whole", "bands"))
+        self.assertEqual(whole, bands)
+        frame_kib = side * side * 4 // 1024  # three bands and validity
+        self.assertLess(peak_kib["bands"], peak_kib["whole"] - frame_kib * 3 // 4)
+
+    def test_frames_in_bands_have_no_truth_planes_and_wait(self):
+        for option in ("--truth-planes", "--allow-coarse"):
+            done = spain(self.out / "a", "--frame-memory", "1MiB", option)
+            self.assertEqual(done.returncode, 1)
+            self.assertIn(option, done.stderr)
+            self.assertIn("--frame-memory", done.stderr)
+            self.assertFalse((self.out / "a").exists())
+
     def test_camera_file_comes_back_as_it_went_in(self):
         self.assertEqual(spain(self.out / "a").returncode, 0)
         written = self.out / "a/camera/vehicle/rgb.yaml"

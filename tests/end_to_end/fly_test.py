@@ -95,6 +95,34 @@ class Fly(unittest.TestCase):
         for word in words:
             self.assertIn(str(word), done.stderr)
 
+    def test_frames_that_do_not_wait_for_tiles_say_so_and_verify_leaves_them_out(self):
+        text, sensors = re.subn(r"(rgb: \{layer: )", r"rgb: {allow_coarse: true, layer: ", short_spain())
+        self.assertEqual(sensors, 1)
+        levels = self.folder / "levels.tif"
+        made = subprocess.run([NADIR, "build", SOURCE / "sim/demo/maps/spain_s2.tif", "-o", levels, "--force", "--json"], capture_output=True, text=True, timeout=120)
+        self.assertEqual(made.returncode, 0, made.stderr)
+        text = text.replace(f"{SOURCE}/sim/demo/maps/spain_s2.tif", str(levels))
+        folder = self.folder / "coarse"
+        done = fly(self.write("coarse.yaml", text), "-o", folder, "--json")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn("allow_coarse: true", (folder / "run.yaml").read_text())
+        schema = json.loads((SOURCE / "sim/record/frames.schema.json").read_text())
+        records = records_of(folder)
+        for record in records:
+            jsonschema.validate(record, schema)
+        self.assertEqual({r["settings"]["coarse"] is None for r in records if r["sensor"] == "sar"}, {True}, "of the sensor that waits")
+        rgb = [r for r in records if r["sensor"] == "rgb"]
+        coarse = [r for r in rgb if r["settings"]["coarse"]["fraction"] > 0]
+        self.assertEqual(coarse[0]["time_ns"], 0, "nothing was in memory then")
+        self.assertEqual(coarse[0]["settings"]["coarse"]["fraction"], 1)
+        self.assertEqual(json.loads(done.stdout)["coarse"], len(coarse))
+        verified = subprocess.run([NADIR, "verify", str(folder), "--frames", "1000", "--json"], capture_output=True, text=True, timeout=120)
+        self.assertEqual(verified.returncode, 0, verified.stderr + verified.stdout)
+        said = json.loads(verified.stdout)
+        self.assertEqual(said["frames_coarse"], len(coarse))
+        self.assertEqual(said["frames_rendered"], len(records) - len(coarse))
+        self.assertIn(f"{len(coarse)} frames cannot be rendered again", subprocess.run([NADIR, "verify", str(folder)], capture_output=True, text=True, timeout=120).stdout)
+
     def test_every_sensor_exposes_at_its_own_rate(self):
         times = {}
         for record in records_of(self.first):

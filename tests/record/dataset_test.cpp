@@ -66,6 +66,82 @@ TEST_F(DatasetTest, ListsEachFrameWithItsTruthAndTheImageHasItsPixels) {
   EXPECT_EQ(static_cast<int>(mask.samples[0]), 0);
 }
 
+TEST_F(DatasetTest, AFrameInBandsLeavesTheFilesAndTheRecordOfTheWholeOne) {
+  test::SyntheticMap heights = test::utm_map(200, 1);
+  heights.value = [](int, int, int col, int row) { return col + row / 7.0; };
+  test::write_map(heights, folder.file("h.tif"));
+  const Scene both = scene->with_layer("height", tile::Map::open(folder.file("h.tif")).value());
+  const render::Camera camera = test::square_camera(150, 150);
+  for (const int rows : {64, 128, 1000}) {
+    Dataset whole = Dataset::create(folder.path() / "whole", true).value();
+    Dataset bands = Dataset::create(folder.path() / "bands", true).value();
+    for (const double height_m : {150.0, 400.0}) {
+      const auto time_ns = static_cast<std::int64_t>(height_m);
+      const auto pose = test::over_centre(*map, height_m);
+      ASSERT_TRUE(whole.add(renderer.render(both, camera, pose).value(), time_ns, "p", true));
+      BandedFrame frame = bands.begin_bands(time_ns, "p", true).value();
+      const auto sink = [&](const render::Frame& band, int) { return frame.add(band); };
+      const auto made = renderer.render_bands(both, camera, pose, {}, rows, sink).value();
+      ASSERT_TRUE(bands.add(std::move(frame), made));
+    }
+    ASSERT_TRUE(whole.finish());
+    ASSERT_TRUE(bands.finish());
+    int files = 0;
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(folder.path() / "whole" / "frames")) {
+      if (!entry.is_regular_file()) continue;
+      ++files;
+      const auto other = folder.path() / "bands" / entry.path().lexically_relative(folder.path() / "whole");
+      EXPECT_TRUE(test::bytes_of(entry.path()) == test::bytes_of(other)) << other;
+    }
+    EXPECT_EQ(files, 6) << "two images a frame, and the masks of one";
+    const auto lines = [&](const char* name) {
+      std::vector<nlohmann::json> found;
+      std::istringstream text(test::bytes_of(folder.path() / name / "frames.jsonl"));
+      for (std::string line; std::getline(text, line);) {
+        found.push_back(nlohmann::json::parse(line));
+        found.back().erase("render_ms");
+      }
+      return found;
+    };
+    EXPECT_EQ(lines("bands"), lines("whole"));
+    EXPECT_EQ(test::bytes_of(folder.path() / "bands" / "footprints.geojson"),
+              test::bytes_of(folder.path() / "whole" / "footprints.geojson"));
+  }
+}
+
+TEST_F(DatasetTest, AFrameInBandsThatEndsEarlyLeavesNoFile) {
+  Dataset dataset = Dataset::create(out(), false).value();
+  {
+    BandedFrame frame = dataset.begin_bands(1, "p", true).value();
+    const auto sink = [&](const render::Frame& band, int first_row) -> Result<void> {
+      if (first_row > 0) return fail(Error::Kind::Io, "enough");
+      return frame.add(band);
+    };
+    EXPECT_FALSE(
+        renderer.render_bands(*scene, test::square_camera(100, 100), test::over_centre(*map, 150), {}, 64, sink));
+  }
+  ASSERT_TRUE(dataset.finish());
+  EXPECT_EQ(records().size(), 0u);
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(out() / "frames"))
+    EXPECT_FALSE(entry.is_regular_file()) << entry.path();
+}
+
+TEST(PackedValidityTest, GivesBackItsRowsAndHoldsBitsOnlyWhereARowHasBothKinds) {
+  constexpr int width = 1000;
+  PackedValidity packed(width);
+  std::vector<std::uint8_t> rows(3 * width, 1);
+  std::fill_n(rows.begin() + width, width, std::uint8_t{0});
+  packed.add(rows);
+  const std::size_t uniform_bytes = packed.held_bytes();
+  std::vector<std::uint8_t> mixed(width);
+  for (std::size_t i = 0; i < width; ++i) mixed[i] = i % 3 == 0;
+  packed.add(mixed);
+  ASSERT_EQ(packed.rows(), 4u);
+  for (std::size_t y = 0; y < 3; ++y) EXPECT_EQ(packed.row(y), std::vector<std::uint8_t>(width, y != 1));
+  EXPECT_EQ(packed.row(3), mixed);
+  EXPECT_LE(packed.held_bytes(), uniform_bytes + width / 8 + 8 + 256) << "a bit each";
+}
+
 TEST_F(DatasetTest, AFrameThatWasNotMadeIsListedWithItsReason) {
   Dataset dataset = Dataset::create(out(), false).value();
   ASSERT_TRUE(dataset.add_rejected({"eo", "sar"}, 5, "plane1", "outside"));

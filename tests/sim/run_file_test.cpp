@@ -34,7 +34,7 @@ vehicles:
     repeat_mission: true
     sensors:
       rgb: {layer: eo, camera: rgb.yaml, rate_hz: 29.97, mount: {pitch_deg: 0.1, x_m: 0.3}, output: uint8, range: [0, 2500], off_map: fill, fill_value: 0.7}
-      sar: {layer: sar, camera: ../sar.yaml, rate_hz: 2, output: float32, off_map: reject}
+      sar: {layer: sar, camera: ../sar.yaml, rate_hz: 2, output: float32, off_map: reject, allow_coarse: true}
   copter:
     model: poses
     poses: flown.csv
@@ -89,6 +89,8 @@ TEST_F(RunFileText, EveryKeyArrivesWhereItBelongs) {
   EXPECT_EQ(run.resolve(eo.map), folder.path() / "spain_s2.tif") << "paths count from the run file's folder";
   EXPECT_EQ(run.resolve(run.scene.layers[1].second.map), "/maps/spain_s1.tif");
   EXPECT_EQ(run.scene.layers[1].second.role, tile::Role::Radar);
+  EXPECT_FALSE(run.vehicles[0].second.sensors[0].second.allow_coarse);
+  EXPECT_TRUE(run.vehicles[0].second.sensors[1].second.allow_coarse);
   EXPECT_EQ(run.scene.layers[1].second.radar_scale, tile::RadarScale::Decibel);
   ASSERT_EQ(run.scene.onboard.size(), 1u) << "the onboard reference is no sensor source";
   EXPECT_EQ(run.scene.onboard[0].second.map, "spain 2018.tif");

@@ -40,6 +40,7 @@ void write_map(const SyntheticMap& map, const std::string& path) {
   if (!map.crs.empty()) srs.SetFromUserInput(map.crs.c_str());
   if (!map.crs.empty() && map.control_points.empty()) dataset->SetSpatialRef(&srs);
   if (map.pixel_is_point) dataset->SetMetadataItem("AREA_OR_POINT", "Point");
+  if (!map.role.empty()) dataset->SetMetadataItem("NADIR_ROLE", map.role.c_str());
   std::array<double, 6> geotransform = map.geotransform;
   if (map.control_points.empty()) {
     dataset->SetGeoTransform(geotransform.data());

@@ -23,6 +23,7 @@ struct SyntheticMap {
   bool pixel_is_point = false;  // told so by the file, which then holds the place of the first texel's centre
   bool mask = false;            // a mask band, valid where mask_value is not 0
   bool alpha = false;           // the last band is alpha
+  std::string role;             // as nadir build writes it
 
   /// Value of a texel: level, band from 0, column, row. Overviews get their own, not an average.
   std::function<double(int level, int band, int col, int row)> value;

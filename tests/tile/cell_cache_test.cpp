@@ -153,6 +153,30 @@ TEST_F(CellCacheTest, AWorkingSetSurvivesAScan) {
   EXPECT_LE(cache.counters().blocks_loaded - before, 52 + 3) << "a cache that keeps what came last reloads all 12";
 }
 
+TEST_F(CellCacheTest, WhatIsHeldIsTakenWithoutReading) {
+  CellCache cache(cells(3));  // less than a block: the cells asked for alone
+  ASSERT_TRUE(cache.get(*source, 0, 1, 0));
+  const auto held = cache.held(block(0));
+  ASSERT_EQ(held.size(), 4u);
+  EXPECT_EQ(value(held[1]), 1);
+  EXPECT_TRUE(!held[0] && !held[2] && !held[3]);
+  EXPECT_EQ(cache.held(block(1)), std::vector<CellPtr>(4));
+  EXPECT_EQ(cache.counters().loads, 1);
+  EXPECT_EQ(cache.counters().hits, 1);
+}
+
+TEST_F(CellCacheTest, PrefetchCompletesABlockOfWhichOnlyAPartIsHeld) {
+  CellCache cache(cells(5));
+  auto pinned = cache.pin(std::vector{block(5)[0], block(5)[1]}).value();
+  ASSERT_TRUE(cache.pin(std::vector{block(7)[2]})) << "room for a cell, not for a block";
+  ASSERT_FALSE(cache.held(block(7))[0]);
+  pinned.clear();
+  const auto ticket = cache.prefetch(block(7));
+  cache.wait_for_prefetch();
+  const auto after = cache.held(block(7));
+  EXPECT_EQ(std::count(after.begin(), after.end(), nullptr), 0);
+}
+
 TEST_F(CellCacheTest, PrefetchesByPriorityAndWhatIsFetchedIsThere) {
   CellCache cache(cells(256));
   const auto ticket = cache.prefetch(block(3));

@@ -26,14 +26,15 @@ double angle_between(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
 class Builder {
  public:
   Builder(const ExactChain& chain, const geodesy::Projection& projection, double tolerance_px,
-          const std::vector<GroundExtent>& extents)
-      : chain_(chain), projection_(projection), extents_(extents) {
+          const std::vector<GroundExtent>& extents, const RowRange& rows)
+      : chain_(chain), projection_(projection), extents_(extents), rows_(rows) {
     if (chain.flat()) plane_from_image_ = chain.plane_from_image();
     for (const double row : chain.kinks()) kink_rows_.push_back(static_cast<int>(std::floor(row)));
     mapping_.tolerance_px = tolerance_px;
   }
 
   void add(const PixelRect& rect) {
+    if (!rows_.meets(rect)) return;
     if (const auto kink = std::lower_bound(kink_rows_.begin(), kink_rows_.end(), rect.y);
         kink != kink_rows_.end() && *kink < rect.y + rect.height)
       return add_around(*kink, rect);
@@ -205,7 +206,8 @@ class Builder {
   /// A row in which the poses of a rolling shutter change their velocity is smooth nowhere but at its pixels.
   void add_around(int row, const PixelRect& rect) {
     if (row > rect.y) add({rect.x, rect.y, rect.width, row - rect.y});
-    for (int x = rect.x; x < rect.x + rect.width; x += block_px)
+    const bool meets = rows_.meets({rect.x, row, rect.width, 1});
+    for (int x = rect.x; meets && x < rect.x + rect.width; x += block_px)
       push(per_pixel({x, row, std::min(block_px, rect.x + rect.width - x), 1}));
     if (row + 1 < rect.y + rect.height) add({rect.x, row + 1, rect.width, rect.y + rect.height - row - 1});
   }
@@ -224,6 +226,7 @@ class Builder {
   const ExactChain& chain_;
   const geodesy::Projection& projection_;
   const std::vector<GroundExtent>& extents_;
+  const RowRange rows_;
   Eigen::Matrix3d plane_from_image_ = Eigen::Matrix3d::Zero();  // of flat chains
   std::vector<int> kink_rows_;                                  // rising
   PatchMapping mapping_;
@@ -232,8 +235,8 @@ class Builder {
 }  // namespace
 
 PatchMapping map_patches(const ExactChain& chain, const geodesy::Projection& projection, double tolerance_px,
-                         const std::vector<GroundExtent>& extents) {
-  Builder builder(chain, projection, tolerance_px, extents);
+                         const std::vector<GroundExtent>& extents, const RowRange& rows) {
+  Builder builder(chain, projection, tolerance_px, extents, rows);
   builder.add({0, 0, chain.camera().width_px(), chain.camera().height_px()});
   return builder.take();
 }

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 
+#include "block_windows.h"
 #include "nadir/base/text.h"
 #include "nadir/render/level_of_detail.h"
 
@@ -23,23 +23,21 @@ constexpr double narrow_blend = 0.25;
 /// More cells than this and a block is cut.
 constexpr std::int64_t most_cells_a_block = 16;
 
-/// Turns of which a block across a map's two ends is counted: it starts in the third, and spans less than two more.
-constexpr std::int32_t turns_counted = 5;
-
 class LayerPlanner {
  public:
-  LayerPlanner(const tile::CellSource& source, const Sampling& sampling)
+  LayerPlanner(const tile::CellSource& source, const Sampling& sampling, const RowRange& rows)
       : map_(source.map()),
         sampling_(sampling),
+        rows_(rows),
         map_size_(map_.width(), map_.height()),
-        around_(map_.goes_around() && map_.width() < std::numeric_limits<std::int32_t>::max() / turns_counted) {
+        around_(counts_turns(map_)) {
     const auto& coarsest = map_.levels().back();
     coarsest_texels_ = std::sqrt(coarsest.texels_x * coarsest.texels_y);
     plan_.finest_level = static_cast<int>(map_.levels().size());
   }
 
   void add(const Patch& patch) {
-    const std::int64_t pixels = static_cast<std::int64_t>(patch.rect.width) * patch.rect.height;
+    const std::int64_t pixels = pixels_of(patch.rect);
     switch (patch.kind) {
       case Patch::Kind::NoGround:
         plan_.pixels_no_ground += pixels;
@@ -63,6 +61,11 @@ class LayerPlanner {
   }
 
  private:
+  /// Pixels of a rectangle in the rows that are planned.
+  std::int64_t pixels_of(const PixelRect& rect) const {
+    return static_cast<std::int64_t>(rect.width) * rows_.shared(rect);
+  }
+
   /// Along the frame's grid of blocks
   void cut(const Patch& patch, const PixelRect& rect) {
     for (int y = rect.y; y < rect.y + rect.height;) {
@@ -78,6 +81,7 @@ class LayerPlanner {
   }
 
   void add_homography(const Patch& patch, const PixelRect& rect) {
+    if (!rows_.meets(rect)) return;
     PlannedBlock block;
     block.rect = rect;
     BlockSampling& s = block.sampling;
@@ -101,6 +105,7 @@ class LayerPlanner {
   }
 
   void add_biquadratic(const Patch& patch, const PixelRect& rect) {
+    if (!rows_.meets(rect)) return;
     PlannedBlock block;
     block.rect = rect;
     BlockSampling& s = block.sampling;
@@ -139,6 +144,7 @@ class LayerPlanner {
 
   /// `texels`: of the pixel centres of `rect`, NaN where no ground is seen; `footprint`: for want of a better.
   void add_texels(const PixelRect& rect, std::vector<Eigen::Vector2d> texels, Eigen::Matrix2d footprint) {
+    if (!rows_.meets(rect)) return;
     bring_to_one_turn(texels);
     const auto at = [&](int x, int y) -> const Eigen::Vector2d& {
       return texels[static_cast<std::size_t>(y * rect.width + x)];
@@ -151,7 +157,7 @@ class LayerPlanner {
       ++seen;
     }
     if (seen == 0) {
-      plan_.pixels_no_ground += static_cast<std::int64_t>(texels.size());
+      plan_.pixels_no_ground += pixels_of(rect);
       return;
     }
     // One Jacobian for all, from the first pixel whose neighbours see ground
@@ -225,22 +231,13 @@ class LayerPlanner {
     s.samples_y = std::max(s.samples_y, count(pattern.samples_y));
   }
 
-  /// Brings a block whose texels start at `x` to the third turn, and says how far that was.
-  double count_turns(PlannedBlock& block, double x) const {
-    const double shift = (2 - std::floor(x / map_size_.x())) * map_size_.x();
-    block.sampling.texel_origin.x() += shift;
-    for (auto& p : block.texels) p.x() += shift;
-    block.sampling.map_width = turns_counted * map_size_.x();
-    return shift;
-  }
-
   /// Finds the levels and cells of a block whose texels lie within `bounds`, and adds it. False where they are too
   /// many: near the horizon an outline spans much that its pixels do not sample.
   bool place(PlannedBlock& block, const Eigen::AlignedBox2d& bounds) {
     BlockSampling& s = block.sampling;
     Eigen::AlignedBox2d map(Eigen::Vector2d::Zero(), map_size_);
     if (around_) map.min().x() = bounds.min().x(), map.max().x() = bounds.max().x();  // it has no ends
-    const std::int64_t pixels = static_cast<std::int64_t>(block.rect.width) * block.rect.height;
+    const std::int64_t pixels = pixels_of(block.rect);
     if (!map.intersects(bounds)) {
       plan_.pixels_off_map += pixels;
       return true;
@@ -263,38 +260,12 @@ class LayerPlanner {
     if (sampling_.filter == Filter::Bilinear) s.level_at_corner.fill(std::floor(middle + 0.5));  // one level a block
     if (cubic) s.level_at_corner.fill(std::floor(middle));                                       // of detail enough
     s.level_blend.band = sampling_.filter == Filter::Nearest ? 0 : sampling_.level_blend;
-    const LevelBlend::Choice coarse = s.level_blend(*high);
-    const int first = s.level_blend(*low).finer;
-    const int last = std::min(coarse.finer + (coarse.coarser > 0), static_cast<int>(map_.levels().size()) - 1);
+    block.seen_min = map.intersection(bounds).min();
+    block.seen_max = map.intersection(bounds).max();
+    if (find_windows(block, map_) > most_cells_a_block && block.rect.width * block.rect.height > 1) return false;
 
-    // Two texels to each side for the footprint of a cubic sample, one for a bilinear one, and one for what a step's
-    // linear offsets miss
-    const double margin = cubic ? 3 : 2;
-    std::int64_t cells = 0;
-    Eigen::AlignedBox2d seen = map.intersection(bounds);
-    const double reach = margin * map_.levels()[static_cast<std::size_t>(last)].texels_x;
-    const bool across = around_ && (bounds.min().x() < reach || bounds.max().x() > map_size_.x() - reach);
-    if (across) seen.translate(Eigen::Vector2d(count_turns(block, bounds.min().x()), 0));
-    for (int k = first; k <= last; ++k) {
-      const tile::Level& level = map_.levels()[static_cast<std::size_t>(k)];
-      const auto cell_of = [](double texel, std::int32_t size) {
-        return static_cast<std::int32_t>(std::clamp(std::floor(texel), 0.0, size - 1.0)) >> tile::cell_size_log2;
-      };
-      LevelWindow window{k, level.texels_x, level.texels_y, level.width, level.height};
-      window.around = across;
-      const std::int32_t width = across ? turns_counted * level.width : level.width;
-      window.first_col = cell_of(seen.min().x() / level.texels_x - margin, width);
-      window.first_row = cell_of(seen.min().y() / level.texels_y - margin, level.height);
-      window.cols = cell_of(seen.max().x() / level.texels_x + margin, width) - window.first_col + 1;
-      window.rows = cell_of(seen.max().y() / level.texels_y + margin, level.height) - window.first_row + 1;
-      const std::int32_t shared = across ? 2 : 0;  // stored cells at the ends of the row, and the last column's
-      cells += static_cast<std::int64_t>(window.cols + shared) * window.rows;
-      block.windows.push_back(window);
-    }
-    if (cells > most_cells_a_block && pixels > 1) return false;
-
-    plan_.finest_level = std::min(plan_.finest_level, first);
-    plan_.coarsest_level = std::max(plan_.coarsest_level, last);
+    plan_.finest_level = std::min(plan_.finest_level, block.windows.front().level);
+    plan_.coarsest_level = std::max(plan_.coarsest_level, block.windows.back().level);
     plan_.pixels_sampled += pixels;
     plan_.samples += pixels * s.samples_x * s.samples_y;
     plan_.undersampled = plan_.undersampled || block.undersampled;
@@ -304,6 +275,7 @@ class LayerPlanner {
 
   const tile::Map& map_;
   const Sampling& sampling_;
+  const RowRange rows_;
   const Eigen::Vector2d map_size_;
   const bool around_;  // the Earth
   double coarsest_texels_ = 1;
@@ -312,8 +284,9 @@ class LayerPlanner {
 
 }  // namespace
 
-LayerPlan plan_layer(const PatchMapping& mapping, const tile::CellSource& source, const Sampling& sampling) {
-  LayerPlanner planner(source, sampling);
+LayerPlan plan_layer(const PatchMapping& mapping, const tile::CellSource& source, const Sampling& sampling,
+                     const RowRange& rows) {
+  LayerPlanner planner(source, sampling, rows);
   for (const Patch& patch : mapping.patches) planner.add(patch);
   LayerPlan plan = planner.take();
   for (PlannedBlock& block : plan.blocks) block.sampling.texels = block.texels;  // the vectors have come to rest

@@ -72,6 +72,21 @@ Result<std::vector<double>> exposure_instants_s(const Shutter& shutter, double m
   return instants;
 }
 
+Result<MovingExposure> moving_exposure(const Camera& camera, const CameraMotion& motion, const Shutter& shutter,
+                                       const Surface& surface, double step_px) {
+  Exposure exposure{.shutter = shutter};
+  exposure.motion_px = motion_px(camera, motion, shutter, surface);
+  const auto instants_s = exposure_instants_s(shutter, exposure.motion_px, step_px);
+  if (!instants_s) return fail(instants_s);
+  exposure.poses = static_cast<int>(instants_s->size());
+  const double half_s = (shutter.exposure_s + shutter.readout_s) / 2;
+  exposure.ecef_from_camera_at_start = motion.at(-half_s);
+  exposure.ecef_from_camera_at_end = motion.at(half_s);
+  std::vector<ExactChain> chains;
+  for (const double of_exposure_s : *instants_s) chains.emplace_back(camera, motion, shutter, surface, of_exposure_s);
+  return MovingExposure{exposure, {camera, motion, shutter, surface}, std::move(chains)};
+}
+
 MeanImage::MeanImage(const FrameLayer& layer, bool decibel)
     : decibel_(decibel),
       sums_(layer.validity.size() * static_cast<std::size_t>(layer.bands)),

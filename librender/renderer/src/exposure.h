@@ -16,6 +16,16 @@ double motion_px(const Camera& camera, const CameraMotion& motion, const Shutter
 /// `step_px` of motion apart.
 Result<std::vector<double>> exposure_instants_s(const Shutter& shutter, double motion_px, double step_px);
 
+/// An exposure as the mean of instants, and its middle.
+struct MovingExposure {
+  Exposure exposure;
+  ExactChain middle;
+  std::vector<ExactChain> instants;
+};
+/// Of a shutter that is not instant; instants at most `step_px` of motion apart.
+Result<MovingExposure> moving_exposure(const Camera& camera, const CameraMotion& motion, const Shutter& shutter,
+                                       const Surface& surface, double step_px);
+
 /// The mean of a layer's images, pixel by pixel, of their valid pixels; valid where at least half of them are. Values
 /// in decibel are averaged in power. Error: of each image its own rounding, and of float values the rounding of a sum
 /// in single precision.

@@ -1,4 +1,4 @@
-#include "finish.h"
+#include "frame_layers.h"
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_reduce.h>
@@ -48,7 +48,7 @@ std::size_t count_valid(std::size_t first, std::size_t end, T value, FrameLayer&
 
 }  // namespace
 
-void finish_layer(const Layer& layer, const RenderOptions& options, FrameLayer& out) {
+std::int64_t finish_layer(const Layer& layer, const RenderOptions& options, FrameLayer& out) {
   const std::size_t pixels = out.validity.size();
   if (const auto& output = layer.options.output) {
     out.samples = convert(out.samples.data(), out.type, pixels * static_cast<std::size_t>(out.bands), *output);
@@ -63,7 +63,7 @@ void finish_layer(const Layer& layer, const RenderOptions& options, FrameLayer& 
         },
         std::plus<>());
   });
-  out.truth.valid_fraction = static_cast<double>(valid) / static_cast<double>(pixels);
+  return static_cast<std::int64_t>(valid);
 }
 
 }  // namespace nadir::render

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <utility>
 
 #include "nadir/render/homography.h"
 
@@ -17,23 +18,16 @@ constexpr double measured_share = 0.7;
 /// Octaves finer than a footprint that still matter, as ErrorModel has it.
 constexpr int octaves_above = 4;
 
-struct View {
-  SampledFootprint footprint;
-  Eigen::AlignedBox2d texels;  // of level 0
-  int octave = 0;              // of the footprint
-  double pixels = 0;
-};
-
 Eigen::Matrix2d jacobian_at_middle(const BlockSampling& s) {
   const Eigen::Vector2d middle(s.width / 2.0, s.height / 2.0);
   if (s.biquadratic) return s.biquadratic->jacobian(middle);
   return s.texels.empty() ? jacobian(s.texel_from_image, middle) : s.jacobian;
 }
 
-View view_of(const PlannedBlock& block) {
+Forecast::View view_of(const PlannedBlock& block) {
   const BlockSampling& s = block.sampling;
   const Eigen::Matrix2d j = jacobian_at_middle(s);
-  View view;
+  Forecast::View view;
   view.footprint = {.width = j.col(0).norm(),
                     .height = j.col(1).norm(),
                     .samples_x = s.samples_x,
@@ -51,7 +45,7 @@ View view_of(const PlannedBlock& block) {
     view.texels.extend(
         Eigen::Vector2d((w.first_col + w.cols) * side * w.texels_x, (w.first_row + w.rows) * side * w.texels_y));
   }
-  view.pixels = static_cast<double>(block.rect.width) * block.rect.height;
+  view.rect = block.rect;
   return view;
 }
 
@@ -80,14 +74,17 @@ std::vector<double> losses_of(const tile::CellSource& source, const Eigen::Align
 
 }  // namespace
 
-std::optional<double> expected_rmse(const LayerPlan& plan, const tile::CellSource& source, ErrorModel& model) {
-  if (source.domain() == tile::Domain::Decibel || plan.blocks.empty()) return std::nullopt;
-  std::vector<View> views;
+void Forecast::add(const LayerPlan& plan, const RowRange& rows) {
+  for (const PlannedBlock& block : plan.blocks)
+    if (block.rect.y >= rows.first && block.rect.y < rows.end) views_.push_back(view_of(block));
+}
+
+std::optional<double> Forecast::expected_rmse(const tile::CellSource& source, ErrorModel& model) {
+  if (views_.empty()) return std::nullopt;
+  std::sort(views_.begin(), views_.end(),
+            [](const View& a, const View& b) { return std::pair(a.rect.y, a.rect.x) < std::pair(b.rect.y, b.rect.x); });
   std::map<int, Eigen::AlignedBox2d> seen;  // by octave
-  for (const PlannedBlock& block : plan.blocks) {
-    views.push_back(view_of(block));
-    seen[views.back().octave].extend(views.back().texels);
-  }
+  for (const View& view : views_) seen[view.octave].extend(view.texels);
   std::map<int, std::vector<double>> powers;
   for (const auto& [octave, texels] : seen) {
     const auto losses = losses_of(source, texels, octave);
@@ -95,9 +92,10 @@ std::optional<double> expected_rmse(const LayerPlan& plan, const tile::CellSourc
     powers[octave] = ErrorModel::octave_powers(losses);
   }
   double sum = 0, pixels = 0;
-  for (const View& view : views) {
-    sum += view.pixels * model.mean_square_error(powers[view.octave], view.footprint);
-    pixels += view.pixels;
+  for (const View& view : views_) {
+    const double of_view = static_cast<double>(view.rect.width) * view.rect.height;
+    sum += of_view * model.mean_square_error(powers[view.octave], view.footprint);
+    pixels += of_view;
   }
   const double rounding = source.type() == tile::SampleType::Float32 ? 0 : 1.0 / 12;
   return std::sqrt(measured_share * measured_share * sum / pixels + rounding);

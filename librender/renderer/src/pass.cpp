@@ -4,6 +4,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <cstring>
 
 #include "nadir/base/text.h"
 #include "nadir/render/stored_runs.h"
@@ -80,10 +81,27 @@ void sample(const WorkItem& item, const std::vector<WantedCell>& wanted, const s
   }
   sampling.levels = windows;
   const PixelRect& rect = item.block->rect;
-  const std::size_t first = static_cast<std::size_t>(rect.y) * item.stride_px + static_cast<std::size_t>(rect.x);
   const std::size_t pixel_bytes = item.source->bands().size() * tile::size_bytes(item.source->type());
-  sample_block(sampling, *item.source, static_cast<std::byte*>(item.samples) + first * pixel_bytes,
-               item.validity + first, item.stride_px);
+  const int top = std::max(rect.y, item.rows.first);
+  const std::size_t first =
+      static_cast<std::size_t>(top - item.rows.first) * item.stride_px + static_cast<std::size_t>(rect.x);
+  std::byte* samples = static_cast<std::byte*>(item.samples) + first * pixel_bytes;
+  std::uint8_t* validity = item.validity + first;
+  if (item.rows.shared(rect) == rect.height) {
+    sample_block(sampling, *item.source, samples, validity, item.stride_px);
+    return;
+  }
+  // Of a block that lies across the ends of the rows, the part within
+  const auto width = static_cast<std::size_t>(rect.width);
+  const std::size_t pixels = width * static_cast<std::size_t>(rect.height);
+  std::vector<std::byte> all_samples(pixels * pixel_bytes);
+  std::vector<std::uint8_t> all_validity(pixels);
+  sample_block(sampling, *item.source, all_samples.data(), all_validity.data(), width);
+  for (std::size_t y = 0; y < static_cast<std::size_t>(item.rows.shared(rect)); ++y) {
+    const std::size_t from = (static_cast<std::size_t>(top - rect.y) + y) * width, to = y * item.stride_px;
+    std::memcpy(samples + to * pixel_bytes, all_samples.data() + from * pixel_bytes, width * pixel_bytes);
+    std::memcpy(validity + to, all_validity.data() + from, width);
+  }
 }
 
 }  // namespace
@@ -123,15 +141,14 @@ Result<void> run_passes(std::span<const WorkItem> items, tile::CellCache& cache,
 
 std::vector<tile::CellRequest> wanted_cells(std::span<const WorkItem> items) { return requests_for(cells_of(items)); }
 
-std::int64_t count_cells(const LayerPlan& plan) {
-  std::vector<WantedCell> cells;
+void add_cells(const LayerPlan& plan, std::vector<tile::CellKey>& cells) {
   for (const PlannedBlock& block : plan.blocks)
     for (const LevelWindow& window : block.windows)
       for_each_cell(window, stored_columns(window), [&](std::int32_t col, std::int32_t row) {
-        cells.push_back({{0, window.level, col, row}, nullptr});
+        cells.push_back({0, window.level, col, row});
       });
-  sort_unique(cells);
-  return static_cast<std::int64_t>(cells.size());
+  std::sort(cells.begin(), cells.end());
+  cells.erase(std::unique(cells.begin(), cells.end()), cells.end());
 }
 
 }  // namespace nadir::render

@@ -15,9 +15,10 @@ namespace nadir::render {
 struct WorkItem {
   const PlannedBlock* block;
   const tile::CellSource* source;
-  void* samples = nullptr;           // the frame layer's first
-  std::uint8_t* validity = nullptr;  // the frame layer's first
+  void* samples = nullptr;           // the frame layer's first, of the first of `rows`
+  std::uint8_t* validity = nullptr;  // likewise
   std::size_t stride_px = 0;
+  RowRange rows;  // that the frame layer holds
 };
 
 /// Pins the cells of `items`, then samples them in parallel; where the cells do not fit the cache at once, in several
@@ -28,7 +29,7 @@ Result<void> run_passes(std::span<const WorkItem> items, tile::CellCache& cache,
 /// All cells of `items`, each once, in the order of their addresses.
 std::vector<tile::CellRequest> wanted_cells(std::span<const WorkItem> items);
 
-/// Cells that the blocks of a layer may sample, each counted once.
-std::int64_t count_cells(const LayerPlan& plan);
+/// Adds the cells that the blocks of a layer may sample to `cells`, which are sorted, each once. Their source is 0.
+void add_cells(const LayerPlan& plan, std::vector<tile::CellKey>& cells);
 
 }  // namespace nadir::render

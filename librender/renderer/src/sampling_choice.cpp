@@ -36,20 +36,23 @@ std::vector<Sampling> ways_of_sampling() {
   return ways;
 }
 
-Result<SampledPlan> plan_sampling(const Layer& layer, const PatchMapping& mapping, const RenderOptions& options,
-                                  ErrorModel& model) {
-  const auto planned = [&](const Sampling& sampling) {
-    SampledPlan p{sampling, plan_layer(mapping, *layer.source, sampling), std::nullopt};
-    const bool approximates = sampling.filter != Filter::Nearest && sampling.filter != Filter::Reference;
-    if (const auto rmse = approximates ? expected_rmse(p.plan, *layer.source, model) : std::nullopt)
-      p.expected_rmse = *rmse * output_scale(layer);
-    return p;
-  };
+bool is_predicted(const Layer& layer, const Sampling& sampling) {
+  return sampling.filter != Filter::Nearest && sampling.filter != Filter::Reference &&
+         layer.source->domain() != tile::Domain::Decibel;
+}
+
+std::optional<double> expected_error(const Layer& layer, Forecast& forecast, ErrorModel& model) {
+  const auto rmse = forecast.expected_rmse(*layer.source, model);
+  return rmse ? std::optional(*rmse * output_scale(layer)) : std::nullopt;
+}
+
+Result<SampledPlan> choose_plan(const Layer& layer, const RenderOptions& options,
+                                const std::function<SampledPlan(const Sampling&)>& planned) {
   if (!options.max_error || layer.options.role == tile::Role::Labels) return planned(sampling_of(layer, options));
   SampledPlan chosen;
   for (const Sampling& way : ways_of_sampling()) {
     chosen = planned(way);
-    if (chosen.plan.blocks.empty()) break;  // sees none of the map
+    if (!chosen.sees_map) break;
     if (!chosen.expected_rmse)
       return fail(Error::Kind::Unsupported,
                   fmt::format("layer {}: no error can be predicted for {}, {}: choose a quality instead", layer.name,
@@ -60,6 +63,19 @@ Result<SampledPlan> plan_sampling(const Layer& layer, const PatchMapping& mappin
     if (*chosen.expected_rmse <= *options.max_error) break;
   }
   return chosen;
+}
+
+Result<SampledPlan> plan_sampling(const Layer& layer, const PatchMapping& mapping, const RenderOptions& options,
+                                  ErrorModel& model) {
+  const auto planned = [&](const Sampling& sampling) {
+    SampledPlan p{sampling, plan_layer(mapping, *layer.source, sampling), std::nullopt};
+    p.sees_map = !p.plan.blocks.empty();
+    Forecast forecast;
+    if (is_predicted(layer, sampling)) forecast.add(p.plan);
+    p.expected_rmse = expected_error(layer, forecast, model);
+    return p;
+  };
+  return choose_plan(layer, options, std::ref(planned));
 }
 
 }  // namespace nadir::render

@@ -10,7 +10,7 @@ bool SharedMappings::is_first(std::size_t layer) const {
 }
 
 SharedMappings share_mappings(const Scene& scene, const ExactChain& chain, double tolerance_px,
-                              std::span<const std::size_t> which) {
+                              std::span<const std::size_t> which, const RowRange& rows) {
   SharedMappings shared;
   const auto projection_of = [&](std::size_t i) -> const geodesy::Projection& {
     return scene.layers()[which[i]].source->map().projection();
@@ -28,7 +28,7 @@ SharedMappings share_mappings(const Scene& scene, const ExactChain& chain, doubl
       continue;
     }
     shared.index.push_back(shared.mappings.size());
-    shared.mappings.push_back(map_patches(chain, projection_of(i), tolerance_px, extents));
+    shared.mappings.push_back(map_patches(chain, projection_of(i), tolerance_px, extents, rows));
   }
   return shared;
 }

@@ -19,8 +19,8 @@ struct SharedMappings {
   bool is_first(std::size_t layer) const;
 };
 
-/// Of the layers whose indices are `which`, in their order.
+/// Of the layers whose indices are `which`, in their order. `rows`: as map_patches has it.
 SharedMappings share_mappings(const Scene& scene, const ExactChain& chain, double tolerance_px,
-                              std::span<const std::size_t> which);
+                              std::span<const std::size_t> which, const RowRange& rows = {});
 
 }  // namespace nadir::render

@@ -227,11 +227,17 @@ struct CellCache::Engine {
     return it != shard.entries.end() && take(shard, it->second, group, out);
   }
 
-  /// With the shard's mutex held.
-  bool take(Shard& shard, Entry& entry, const Group& group, std::span<CellPtr> out) {
+  /// Whether all wanted cells are there. With the shard's mutex held.
+  static bool holds(const Entry& entry, const Group& group) {
     if (entry.cells.empty()) return false;
     for (std::size_t i = 0; i < group.wanted.size(); ++i)
       if (group.wanted[i] && !entry.cells[i]) return false;
+    return true;
+  }
+
+  /// With the shard's mutex held.
+  bool take(Shard& shard, Entry& entry, const Group& group, std::span<CellPtr> out) {
+    if (!holds(entry, group)) return false;
     std::int64_t taken = 0;
     for (std::size_t i = 0; i < group.wanted.size(); ++i) {
       if (!group.wanted[i]) continue;
@@ -241,6 +247,17 @@ struct CellCache::Engine {
     shard.counters.hits += taken;
     touch(shard, entry);
     return true;
+  }
+
+  /// What there is of the wanted cells of a block.
+  void find_some(const Group& group, std::span<CellPtr> out) {
+    Shard& shard = shard_of(group.key());
+    const std::scoped_lock lock(shard.mutex);
+    const auto it = shard.entries.find(group.key());
+    if (it == shard.entries.end() || it->second.cells.empty()) return;
+    Group there = group;
+    for (std::size_t i = 0; i < there.wanted.size(); ++i) there.wanted[i] &= it->second.cells[i] != nullptr;
+    if (std::count(there.wanted.begin(), there.wanted.end(), 1) > 0) take(shard, it->second, there, out);
   }
 
   using Fetched = Result<std::shared_ptr<const FetchedBlock>>;
@@ -348,7 +365,8 @@ struct CellCache::Engine {
     {
       Shard& shard = shard_of(group.key());
       const std::scoped_lock lock(shard.mutex);
-      if (shard.entries.contains(group.key())) return;  // there, or on its way
+      const auto it = shard.entries.find(group.key());
+      if (it != shard.entries.end() && (it->second.loading || holds(it->second, group))) return;
     }
     std::vector<CellPtr> cells(group.block.size());
     if (load(group, nullptr, true, cells)) ++prefetched;
@@ -426,6 +444,18 @@ Result<std::vector<CellPtr>> CellCache::pin(std::span<const CellRequest> request
   for (std::size_t g = 0; g < groups.size(); ++g)
     for (const std::size_t i : groups[g].requests)
       cells[i] = found[g][groups[g].block.index(requests[i].col, requests[i].row)];
+  return cells;
+}
+
+std::vector<CellPtr> CellCache::held(std::span<const CellRequest> requests) {
+  engine_->turn.fetch_add(1, std::memory_order_relaxed);
+  std::vector<CellPtr> cells(requests.size());
+  std::vector<CellPtr> found;
+  for (const Group& group : grouped(requests)) {
+    found.assign(group.block.size(), nullptr);
+    engine_->find_some(group, found);
+    for (const std::size_t i : group.requests) cells[i] = found[group.block.index(requests[i].col, requests[i].row)];
+  }
   return cells;
 }
 

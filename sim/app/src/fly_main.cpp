@@ -49,6 +49,7 @@ void print_summary(const FlyArguments& arguments, const sim::Run& run, const sim
   if (arguments.json) {
     nlohmann::ordered_json json = {{"frames", summary.frames},
                                    {"rejected", summary.rejected},
+                                   {"coarse", summary.coarse},
                                    {"seconds", summary.seconds},
                                    {"simulated_seconds", static_cast<double>(run.file().duration_ns) * 1e-9},
                                    {"median_frame_ms", median},
@@ -72,6 +73,9 @@ void print_summary(const FlyArguments& arguments, const sim::Run& run, const sim
         static_cast<double>(summary.frames) / std::max(summary.seconds, 1e-9), median,
         100 * report.mean_valid_fraction());
   if (summary.rejected > 0) fmt::print("{} exposures were rejected: they look beyond the map\n", summary.rejected);
+  if (summary.coarse > 0)
+    fmt::print("{} frames are partly from coarser levels than planned: their map tiles were not in memory in time\n",
+               summary.coarse);
   if (report.flown())
     fmt::print("at most {:.1f} m off the path and {:.1f} m off its height{}\n", report.worst_cross_track_m(),
                report.worst_height_error_m(),

@@ -133,7 +133,17 @@ void add_render_options(CLI::App& app, RenderArguments& a) {
       ->capture_default_str()
       ->group("Rendering");
   app.add_option("--fill-value", a.fill_value, "with --off-map fill")->capture_default_str()->group("Rendering");
+  app.add_flag(
+         "--allow-coarse", a.allow_coarse,
+         "do not wait for map tiles that are not in memory: coarser levels stand for them, and the frame's record "
+         "says so (settings.coarse). Such frames depend on what was in memory: no two runs need give the same")
+      ->group("Rendering");
   app.add_option("--cache", a.cache, "memory for decoded map tiles")->capture_default_str()->group("Rendering");
+  app.add_option("--frame-memory", a.frame_memory,
+                 "memory for the pixels of a frame; larger frames are made and written in bands of rows, with the same "
+                 "bytes, in this or 64 MiB, whichever is less, but in no less than 64 rows")
+      ->capture_default_str()
+      ->group("Rendering");
   app.add_option("--threads", a.threads, "0: all the machine has")
       ->capture_default_str()
       ->check(CLI::Range(0, 1024))
@@ -230,10 +240,36 @@ Result<render::RenderOptions> make_render_options(const RenderArguments& argumen
   options.off_map = *off_map;
   options.fill_value = arguments.fill_value;
   options.max_error = arguments.max_error;
+  options.allow_coarse = arguments.allow_coarse;
   options.oversampling = arguments.oversampling;
   options.level_blend = arguments.level_blend;
   options.geometry_tolerance_px = arguments.geometry_tolerance_px;
   return options;
+}
+
+Result<int> band_rows(const RenderArguments& arguments, const render::Scene& scene, const render::Camera& camera) {
+  const auto limit = parse_bytes(arguments.frame_memory);
+  if (!limit) return fail(limit.error().kind, "--frame-memory: " + limit.error().message);
+  std::uint64_t pixel_bytes = 0;
+  for (const render::Layer& layer : scene.layers()) {
+    const std::uint64_t bands = layer.source->bands().size();
+    const tile::SampleType type = layer.options.output ? layer.options.output->type : layer.source->type();
+    pixel_bytes += bands * std::max(tile::size_bytes(layer.source->type()), tile::size_bytes(type)) + 1;
+    if (arguments.shutter.exposure_s > 0) pixel_bytes += bands * sizeof(float) + sizeof(std::uint16_t);  // their mean
+  }
+  const std::uint64_t row_bytes = pixel_bytes * static_cast<std::uint64_t>(camera.width_px());
+  if (row_bytes * static_cast<std::uint64_t>(camera.height_px()) <= *limit) return 0;
+  const auto in_bands = [&](const char* option, const char* why) {
+    return fail(Error::Kind::Unsupported,
+                fmt::format("{}: frames of {} x {} pixels take more than the {} of --frame-memory, so they are made in "
+                            "bands, {}: leave it out, or allow more memory",
+                            option, camera.width_px(), camera.height_px(), format_bytes(*limit), why));
+  };
+  if (arguments.truth_planes) return in_bands("--truth-planes", "and truth planes are not");
+  if (arguments.allow_coarse) return in_bands("--allow-coarse", "which wait for their map tiles");
+  constexpr std::uint64_t band_bytes = 64 << 20;  // enough for all processors to be busy
+  const std::uint64_t rows = std::min(*limit, band_bytes) / row_bytes / render::block_px * render::block_px;
+  return static_cast<int>(std::max<std::uint64_t>(rows, render::block_px));
 }
 
 Result<render::RendererOptions> make_renderer_options(const RenderArguments& arguments) {

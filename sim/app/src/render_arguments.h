@@ -23,10 +23,11 @@ struct RenderArguments {
   double geometry_tolerance_px = 0.05, fill_value = 0;
   std::optional<double> oversampling, level_blend, max_error;
   render::Shutter shutter;
-  std::string cache = "256MiB", vehicle = "vehicle";
+  std::string cache = "256MiB", frame_memory = "1GiB", vehicle = "vehicle";
   int threads = 0;
   std::size_t first_frames = 0;  // 0: all
-  bool force = false, no_output = false, no_pictures = false, json = false, explain = false, truth_planes = false;
+  bool force = false, no_output = false, no_pictures = false, json = false, explain = false, truth_planes = false,
+       allow_coarse = false;
 };
 
 /// Declares the options on `app`, to be parsed into `arguments`.
@@ -39,6 +40,8 @@ Result<void> check_names_a_file(std::string_view what, std::string_view name);
 Result<render::Scene> make_scene(const RenderArguments& arguments);
 Result<render::Mount> make_mount(const RenderArguments& arguments);
 Result<render::RenderOptions> make_render_options(const RenderArguments& arguments);
+/// Rows of a band, where frames are to be made in bands: larger than --frame-memory. 0 where they are not.
+Result<int> band_rows(const RenderArguments& arguments, const render::Scene& scene, const render::Camera& camera);
 Result<render::RendererOptions> make_renderer_options(const RenderArguments& arguments);
 
 }  // namespace nadir::app

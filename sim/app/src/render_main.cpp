@@ -19,7 +19,9 @@ namespace {
 
 struct Summary {
   std::size_t frames = 0, rejected = 0, blank = 0;  // blank: frames without one valid pixel
-  std::size_t damaged = 0;                          // frames that saw damaged tiles
+  std::size_t in_bands = 0;
+  std::size_t coarse = 0;   // frames with pixels from coarser levels than planned
+  std::size_t damaged = 0;  // frames that saw damaged tiles
   std::set<std::string> damage;
   double seconds = 0;
   std::vector<double> frame_ms;
@@ -40,6 +42,8 @@ void print_json(const Summary& summary, const render::Renderer& renderer, const 
       {"rejected", summary.rejected},
       {"damaged", summary.damaged},
       {"blank", summary.blank},
+      {"coarse", summary.coarse},
+      {"in_bands", summary.in_bands},
       {"seconds", summary.seconds},
       {"median_frame_ms", summary.median_ms()},
       {"cells_loaded", cache.loads},
@@ -55,6 +59,8 @@ void print_text(const Summary& summary, const std::string& folder, bool pictures
   fmt::print("{} frames in {:.1f} s, {:.1f} ms each in the renderer (median)", summary.frames, summary.seconds,
              summary.median_ms());
   if (summary.rejected > 0) fmt::print(", {} rejected: they look beyond the map", summary.rejected);
+  if (summary.in_bands > 0) fmt::print(", in bands of rows");
+  if (summary.coarse > 0) fmt::print(", {} of them partly from coarser levels than planned", summary.coarse);
   if (!folder.empty())
     fmt::print("\n{0}/frames.jsonl holds the truth{1}", folder,
                pictures ? fmt::format("; look at {}/*.png", folder) : "");
@@ -99,11 +105,31 @@ Result<std::optional<render::CameraMotion>> motion_of(const std::vector<sim::Tim
   return std::optional(std::move(*motion));
 }
 
-/// Renders all poses, into `dataset` where there is one.
+/// One frame, for which nothing is kept but its truth: its bands are written to `dataset`, where there is one.
+Result<render::Frame> render_in_bands(const RenderArguments& arguments, const render::RenderOptions& options,
+                                      const render::Scene& scene, const render::Camera& camera,
+                                      const sim::TimedPose& pose, const std::optional<render::CameraMotion>& motion,
+                                      int rows, render::Renderer& renderer, record::Dataset* dataset) {
+  std::optional<record::BandedFrame> file;
+  if (dataset) {
+    auto begun = dataset->begin_bands(pose.time_ns, arguments.vehicle, options.off_map == render::OffMap::Mask);
+    if (!begun) return fail(begun);
+    file.emplace(std::move(*begun));
+  }
+  const auto sink = [&](const render::Frame& band, int) { return file ? file->add(band) : Result<void>(); };
+  auto frame = motion ? renderer.render_bands(scene, camera, motion->from(static_cast<double>(pose.time_ns) * 1e-9),
+                                              arguments.shutter, options, rows, sink)
+                      : renderer.render_bands(scene, camera, pose.ecef_from_camera, options, rows, sink);
+  if (!frame || !file) return frame;
+  if (auto ok = dataset->add(std::move(*file), *frame); !ok) return fail(ok);
+  return frame;
+}
+
+/// Renders all poses, into `dataset` where there is one; in bands of `rows` where they are not 0.
 Result<void> render_frames(const RenderArguments& arguments, const render::RenderOptions& options,
                            const render::Scene& scene, const render::Camera& camera,
                            const std::vector<sim::TimedPose>& poses, const std::optional<render::CameraMotion>& motion,
-                           render::Renderer& renderer, record::Dataset* dataset, record::Overview& overview,
+                           int rows, render::Renderer& renderer, record::Dataset* dataset, record::Overview& overview,
                            Summary& summary) {
   std::vector<std::string> sensors;
   for (const render::Layer& layer : scene.layers()) sensors.push_back(layer.name);
@@ -111,12 +137,15 @@ Result<void> render_frames(const RenderArguments& arguments, const render::Rende
   tile::CellCache::Ticket coming;
   for (std::size_t i = 0; i < poses.size(); ++i) {
     const sim::TimedPose& pose = poses[i];
-    if (i + 1 < poses.size()) coming = renderer.prefetch(scene, camera, poses[i + 1].ecef_from_camera, options);
+    if (rows == 0 && i + 1 < poses.size())
+      coming = renderer.prefetch(scene, camera, poses[i + 1].ecef_from_camera, options);
     render::RenderOptions frame_options = options;
     frame_options.explain = arguments.explain && summary.explanation.done.empty();
     const double time_s = static_cast<double>(pose.time_ns) * 1e-9;
-    auto frame = motion ? renderer.render(scene, camera, motion->from(time_s), arguments.shutter, frame_options)
-                        : renderer.render(scene, camera, pose.ecef_from_camera, frame_options);
+    auto frame = rows > 0
+                     ? render_in_bands(arguments, frame_options, scene, camera, pose, motion, rows, renderer, dataset)
+                 : motion ? renderer.render(scene, camera, motion->from(time_s), arguments.shutter, frame_options)
+                          : renderer.render(scene, camera, pose.ecef_from_camera, frame_options);
     progress.advance();
     if (!frame && frame.error().kind == Error::Kind::OutsideMap) {
       ++summary.rejected;
@@ -130,17 +159,20 @@ Result<void> render_frames(const RenderArguments& arguments, const render::Rende
                   fmt::format("frame at {} ns: {}{}", pose.time_ns, frame.error().message,
                               frame.error().kind == Error::Kind::OverBudget ? " with --cache" : ""));
     ++summary.frames;
+    summary.in_bands += rows > 0;
     if (is_blank(*frame)) ++summary.blank;
-    bool damaged = false;
+    bool damaged = false, coarse = false;
     for (const render::FrameLayer& layer : frame->layers()) {
+      coarse = coarse || (layer.truth.coarse && layer.truth.coarse->fraction > 0);
       damaged = damaged || !layer.truth.damage.empty();
       summary.damage.insert(layer.truth.damage.begin(), layer.truth.damage.end());
     }
     summary.damaged += damaged;
+    summary.coarse += coarse;
     summary.frame_ms.push_back(frame->truth().render_ms);
     if (frame_options.explain) summary.explanation = frame->explanation();
     if (!arguments.no_pictures && dataset) overview.add(frame->truth(), pose.time_ns);
-    if (!dataset) continue;
+    if (!dataset || rows > 0) continue;
     std::optional<render::TruthPlanes> planes;
     if (arguments.truth_planes)
       planes = render::truth_planes(
@@ -185,6 +217,8 @@ Result<void> run(const RenderArguments& arguments) {
   if (!scene) return fail(scene);
   auto poses = sim::read_pose_file(arguments.poses, scene->surface(), *mount);
   if (!poses) return fail(poses);
+  const auto rows = band_rows(arguments, *scene, *camera);
+  if (!rows) return fail(rows);
   const auto motion = motion_of(*poses, arguments.shutter);
   if (!motion) return fail(motion);
   if (arguments.first_frames > 0) poses->resize(std::min(poses->size(), arguments.first_frames));
@@ -201,7 +235,7 @@ Result<void> run(const RenderArguments& arguments) {
   record::Overview overview(*scene, *camera, poses->size());
   Summary summary;
   const auto start = std::chrono::steady_clock::now();
-  auto rendered = render_frames(arguments, *options, *scene, *camera, *poses, *motion, renderer,
+  auto rendered = render_frames(arguments, *options, *scene, *camera, *poses, *motion, *rows, renderer,
                                 dataset ? &*dataset : nullptr, overview, summary);
   // Where rendering failed too: the frames before are whole, and are listed
   if (dataset)

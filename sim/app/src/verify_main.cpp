@@ -86,11 +86,17 @@ Result<std::vector<std::string>> compare_footprints(const fs::path& path, const 
   return complaints;
 }
 
-/// Which frames are rendered again: `count` of them, chosen by the seed alone.
+/// Whether a frame did not wait for all of its map tiles: another run need not make the same.
+bool is_coarse(const Json& record) {
+  const Json coarse = record.value("settings", Json::object()).value("coarse", Json());
+  return coarse.is_object() && coarse.value("fraction", 0.0) > 0;
+}
+
+/// Which frames are rendered again: `count` of them, of those that can be, chosen by the seed alone.
 std::vector<FrameKey> choose(const std::map<FrameKey, Json>& records, std::size_t count, std::uint64_t seed) {
   std::vector<FrameKey> keys;
   for (const auto& [key, json] : records)
-    if (json.contains("checksum")) keys.push_back(key);
+    if (json.contains("checksum") && !is_coarse(json)) keys.push_back(key);
   std::mt19937_64 random(seed);
   for (std::size_t i = 0; i < std::min(count, keys.size()); ++i)
     std::swap(keys[i], keys[i + random() % (keys.size() - i)]);
@@ -178,7 +184,9 @@ class Verifier final : public sim::Sink {
 
   Result<void> compare_pixels(const FrameKey& key, const Json& record, const sim::FrameEvent& event) {
     const sim::PreparedSensor& sensor = run_.sensor(event.vehicle, event.sensor);
-    const auto frame = sim::render_frame(renderer_, event.state, sensor, run_.render_options(sensor));
+    render::RenderOptions options = run_.render_options(sensor);
+    options.allow_coarse = false;
+    const auto frame = sim::render_frame(renderer_, event.state, sensor, options);
     if (!frame) return fail(frame);
     ++rendered;
     if (record::checksum(frame->layer()) != record["checksum"])
@@ -214,6 +222,8 @@ Result<void> run(const fs::path& folder, std::size_t frames, std::uint64_t seed,
   auto footprints = compare_footprints(folder / "footprints.geojson", *records);
   if (!footprints) return fail(footprints);
   const std::size_t total = records->size();
+  const auto coarse =
+      std::count_if(records->begin(), records->end(), [](const auto& entry) { return is_coarse(entry.second); });
   const auto chosen = choose(*records, frames, seed);
   render::Renderer renderer;
   Verifier verifier(*run, folder, std::move(*records), chosen, renderer);
@@ -225,6 +235,7 @@ Result<void> run(const fs::path& folder, std::size_t frames, std::uint64_t seed,
     fmt::print("{}\n", nlohmann::ordered_json{{"records", total},
                                               {"truths_compared", verifier.truths},
                                               {"frames_rendered", verifier.rendered},
+                                              {"frames_coarse", coarse},
                                               {"truth_planes_compared", verifier.planes_compared},
                                               {"complaints", verifier.complaints}}
                            .dump(2));
@@ -232,6 +243,8 @@ Result<void> run(const fs::path& folder, std::size_t frames, std::uint64_t seed,
     constexpr std::size_t most = 20;
     for (std::size_t i = 0; i < std::min(most, verifier.complaints.size()); ++i)
       fmt::print("{}\n", verifier.complaints[i]);
+    if (coarse > 0)
+      fmt::print("{} frames cannot be rendered again: they did not wait for their map tiles (allow_coarse)\n", coarse);
     if (verifier.complaints.size() > most) fmt::print("... and {} more\n", verifier.complaints.size() - most);
     fmt::print(
         "{} records; truth recomputed for {}, {} frames rendered again{}\n", total, verifier.truths, verifier.rendered,

@@ -92,7 +92,8 @@ render::RenderOptions Run::render_options(const PreparedSensor& sensor) const {
   return {.quality = file_.quality,
           .geometry_tolerance_px = file_.geometry_tolerance_px,
           .off_map = sensor.setup.off_map,
-          .fill_value = sensor.setup.fill_value};
+          .fill_value = sensor.setup.fill_value,
+          .allow_coarse = sensor.setup.allow_coarse};
 }
 
 render::CameraPose camera_pose(const VehicleState& state, const PreparedSensor& sensor) {
@@ -162,6 +163,8 @@ Result<RunSummary> Run::execute(render::Renderer& renderer, std::span<Sink* cons
               }
               first = false;
               ++summary.frames;
+              const auto& coarse = rendered->truth().coarse;
+              summary.coarse += coarse && coarse->fraction > 0;
               const auto& damage = rendered->truth().damage;
               summary.damaged += !damage.empty();
               summary.damage.insert(damage.begin(), damage.end());

@@ -132,6 +132,7 @@ SensorSetup read_sensor(const YamlMap& yaml, const SceneSetup& scene) {
   }
   take(parsed<render::OffMap>(yaml, "off_map", render::parse_off_map), sensor.off_map);
   take(yaml.number("fill_value"), sensor.fill_value);
+  take(yaml.flag("allow_coarse"), sensor.allow_coarse);
   take(yaml.number("exposure_s"), sensor.shutter.exposure_s);
   take(yaml.number("readout_s"), sensor.shutter.readout_s);
   if (const auto ok = render::check(sensor.shutter); !ok)
@@ -265,6 +266,7 @@ std::string sensor_text(const RunFile& run, const SensorSetup& sensor) {
   if (sensor.off_map == render::OffMap::Fill) text += fmt::format(", fill_value: {}", sensor.fill_value);
   if (sensor.shutter.exposure_s > 0) text += fmt::format(", exposure_s: {}", sensor.shutter.exposure_s);
   if (sensor.shutter.readout_s > 0) text += fmt::format(", readout_s: {}", sensor.shutter.readout_s);
+  if (sensor.allow_coarse) text += ", allow_coarse: true";
   if (sensor.output) text += fmt::format(", output: {}", tile::to_string(*sensor.output));
   if (sensor.range) text += fmt::format(", range: [{}, {}]", sensor.range->first, sensor.range->second);
   return text + "}";

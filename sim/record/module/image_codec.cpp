@@ -1,7 +1,5 @@
 #include "image_codec.h"
 
-#include <OpenImageIO/filesystem.h>
-#include <OpenImageIO/imageio.h>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -28,20 +26,6 @@ std::optional<Format> format_of(const fs::path& path) {
   if (extension == ".png") return Format::Png;
   if (extension == ".tif" || extension == ".tiff") return Format::Tiff;
   return std::nullopt;
-}
-
-OIIO::TypeDesc oiio_type(SampleType type) {
-  switch (type) {
-    case SampleType::Int16:
-      return OIIO::TypeDesc::INT16;
-    case SampleType::UInt16:
-      return OIIO::TypeDesc::UINT16;
-    case SampleType::Float32:
-      return OIIO::TypeDesc::FLOAT;
-    case SampleType::UInt8:
-      break;
-  }
-  return OIIO::TypeDesc::UINT8;
 }
 
 SampleType sample_type(OIIO::TypeDesc type) {
@@ -101,24 +85,44 @@ OIIO::ImageSpec spec_of(Format format, const ImageView& image) {
 
 }  // namespace
 
-Result<std::vector<unsigned char>> encode(const fs::path& path, const ImageView& image) {
-  assert(image.samples && image.width > 0 && image.height > 0 && image.channels > 0);
+OIIO::TypeDesc oiio_type(SampleType type) {
+  switch (type) {
+    case SampleType::Int16:
+      return OIIO::TypeDesc::INT16;
+    case SampleType::UInt16:
+      return OIIO::TypeDesc::UINT16;
+    case SampleType::Float32:
+      return OIIO::TypeDesc::FLOAT;
+    case SampleType::UInt8:
+      break;
+  }
+  return OIIO::TypeDesc::UINT8;
+}
+
+Result<std::unique_ptr<OIIO::ImageOutput>> open_output(const fs::path& path, const ImageView& image,
+                                                       OIIO::Filesystem::IOProxy& file) {
+  assert(image.width > 0 && image.height > 0 && image.channels > 0);
   const auto format = format_of(path);
   if (!format)
     return fail(Error::Kind::Unsupported, fmt::format("{}: images are written as .png, .tif or .tiff", path.string()));
   if (const auto holds = check_holds(*format, path, image); !holds) return fail(holds);
+  const std::string name = *format == Format::Png ? "memory.png" : "memory.tif";
+  auto output = OIIO::ImageOutput::create(name, &file);
+  if (!output || !output->open(name, spec_of(*format, image)))
+    return fail(Error::Kind::Io,
+                fmt::format("{}: encoding failed: {}", path.string(), output ? output->geterror() : OIIO::geterror()));
+  return output;
+}
 
+Result<std::vector<unsigned char>> encode(const fs::path& path, const ImageView& image) {
+  assert(image.samples);
   // Encode into memory: a full disk is then seen by our own writing, which knows the cause and cleans up.
   std::vector<unsigned char> bytes;
   OIIO::Filesystem::IOVecOutput memory(bytes);
-  const std::string name = *format == Format::Png ? "memory.png" : "memory.tif";
-  const auto output = OIIO::ImageOutput::create(name, &memory);
-  const auto failed = [&] {
-    return fail(Error::Kind::Io,
-                fmt::format("{}: encoding failed: {}", path.string(), output ? output->geterror() : OIIO::geterror()));
-  };
-  if (!output || !output->open(name, spec_of(*format, image))) return failed();
-  if (!output->write_image(oiio_type(image.type), image.samples) || !output->close()) return failed();
+  const auto output = open_output(path, image, memory);
+  if (!output) return fail(output);
+  if (!(*output)->write_image(oiio_type(image.type), image.samples) || !(*output)->close())
+    return fail(Error::Kind::Io, fmt::format("{}: encoding failed: {}", path.string(), (*output)->geterror()));
   return bytes;
 }
 

@@ -4,6 +4,7 @@
 #include "contact_sheet.h"
 #include "footprint_map.h"
 #include "image_codec.h"
+#include "image_rows.h"
 #include "nadir/base/files.h"
 
 namespace nadir::record {
@@ -19,6 +20,10 @@ class OpenImageIoFiles final : public ImageFiles {
     const auto bytes = encode(path, image);
     if (!bytes) return fail(bytes);
     return write_file(path, {reinterpret_cast<const char*>(bytes->data()), bytes->size()});
+  }
+
+  Result<std::unique_ptr<ImageRows>> begin(const fs::path& path, const ImageView& shape) const override {
+    return begin_rows(path, shape);
   }
 
   Result<Image> read(const fs::path& path) const override { return decode(path); }
@@ -39,7 +44,7 @@ class OpenImageIoFiles final : public ImageFiles {
 }  // namespace
 }  // namespace nadir::record
 
-extern "C" [[gnu::visibility("default")]] const nadir::record::ImageFiles* nadir_image_files_1() {
+extern "C" [[gnu::visibility("default")]] const nadir::record::ImageFiles* nadir_image_files_2() {
   static const nadir::record::OpenImageIoFiles files;
   return &files;
 }

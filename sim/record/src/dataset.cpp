@@ -6,6 +6,7 @@
 #include <cerrno>
 #include <cstring>
 
+#include "frame_paths.h"
 #include "nadir/base/files.h"
 #include "nadir/record/image_files.h"
 #include "nadir/record/truth_plane_file.h"
@@ -17,20 +18,11 @@ namespace {
 /// Frames that may wait to be written: enough to render one while another is compressed.
 constexpr std::size_t most_pending = 2;
 
-bool fits_png(const render::FrameLayer& layer) {
-  return (layer.type == tile::SampleType::UInt8 || layer.type == tile::SampleType::UInt16) && layer.bands <= 4;
-}
-
-/// Where a frame's files lie in the dataset, without their endings.
-std::string stem_of(const std::string& vehicle, const std::string& sensor, std::int64_t time_ns) {
-  return fmt::format("frames/{}/{}/{:015}", vehicle, sensor, time_ns);
-}
-
 /// The files of a layer's frame, written.
 Result<FrameFile> write_layer(const ImageFiles& images, const fs::path& folder, const render::FrameLayer& layer,
                               FrameFile file, bool mask) {
   const std::string stem = stem_of(file.vehicle, file.sensor, file.time_ns);
-  file.file = stem + (fits_png(layer) ? ".png" : ".tif");
+  file.file = stem + image_ending(layer);
   if (auto ok =
           images.write(folder / file.file, {layer.samples.data(), layer.type, layer.width, layer.height, layer.bands});
       !ok)
@@ -124,6 +116,20 @@ Result<void> Dataset::add_rejected(const std::vector<std::string>& sensors, std:
   pending_.push_back(std::async(std::launch::deferred, [lines]() -> Result<FrameRecords> {
     return FrameRecords{lines, {}};
   }));
+  return {};
+}
+
+Result<BandedFrame> Dataset::begin_bands(std::int64_t time_ns, const std::string& vehicle, bool masks) {
+  const auto images = image_files();
+  if (!images) return fail(images);
+  return BandedFrame(**images, folder_, vehicle, time_ns, masks);
+}
+
+Result<void> Dataset::add(BandedFrame bands, const render::Frame& whole) {
+  auto records = bands.finish(whole);
+  if (!records) return fail(records);
+  pending_.push_back(
+      std::async(std::launch::deferred, [records = std::move(*records)]() -> Result<FrameRecords> { return records; }));
   return {};
 }
 

@@ -95,8 +95,15 @@ Json footprint(const render::Truth& t) {
 Json settings(const render::Truth& t) {
   Json levels = Json::array();
   for (int k = t.finest_level; k <= t.coarsest_level && t.tiles > 0; ++k) levels.push_back(k);
-  return {{"quality", render::to_string(t.quality)}, {"levels", levels}, {"filter", render::to_string(t.filter)},
-          {"oversampling", t.oversampling},          {"tiles", t.tiles}, {"undersampled", t.undersampled}};
+  return {{"quality", render::to_string(t.quality)},
+          {"levels", levels},
+          {"filter", render::to_string(t.filter)},
+          {"oversampling", t.oversampling},
+          {"tiles", t.tiles},
+          {"undersampled", t.undersampled},
+          {"coarse", or_null(t.coarse, [](const render::CoarseFill& c) {
+             return Json{{"fraction", c.fraction}, {"levels", c.levels}};
+           })}};
 }
 
 Json head(const FrameFile& file) {
@@ -113,18 +120,36 @@ std::string line(const Json& json) { return json.dump(-1, ' ', false, Json::erro
 
 }  // namespace
 
-std::string checksum(const render::FrameLayer& layer) {
+struct Checksum::State {
+  State() : xxh3(XXH3_createState()) { XXH3_64bits_reset(xxh3.get()); }
   struct Free {
     void operator()(XXH3_state_t* s) const { XXH3_freeState(s); }
   };
-  const std::unique_ptr<XXH3_state_t, Free> state(XXH3_createState());
-  XXH3_64bits_reset(state.get());
-  XXH3_64bits_update(state.get(), layer.samples.data(), layer.samples.size());
-  XXH3_64bits_update(state.get(), layer.validity.data(), layer.validity.size());
-  return fmt::format("xxh3:{:016x}", XXH3_64bits_digest(state.get()));
+  std::unique_ptr<XXH3_state_t, Free> xxh3;
+};
+
+Checksum::Checksum() : state_(std::make_unique<State>()) {}
+Checksum::~Checksum() = default;
+Checksum::Checksum(Checksum&&) noexcept = default;
+Checksum& Checksum::operator=(Checksum&&) noexcept = default;
+
+void Checksum::add(std::span<const std::byte> bytes) {
+  XXH3_64bits_update(state_->xxh3.get(), bytes.data(), bytes.size());
+}
+std::string Checksum::text() const { return fmt::format("xxh3:{:016x}", XXH3_64bits_digest(state_->xxh3.get())); }
+
+std::string checksum(const render::FrameLayer& layer) {
+  Checksum sum;
+  sum.add(layer.samples);
+  sum.add(std::as_bytes(std::span(layer.validity)));
+  return sum.text();
 }
 
 std::string frame_record(const FrameFile& file, const render::FrameLayer& layer) {
+  return frame_record(file, layer, checksum(layer));
+}
+
+std::string frame_record(const FrameFile& file, const render::FrameLayer& layer, const std::string& checksum) {
   const render::Truth& t = layer.truth;
   Json json = head(file);
   json["width"] = layer.width;
@@ -152,7 +177,7 @@ std::string frame_record(const FrameFile& file, const render::FrameLayer& layer)
   json["settings"] = settings(t);
   json["expected_error"] = {{"geometry_px", t.geometry_error_px}, {"resampling_dn", or_null(t.expected_rmse)}};
   json["render_ms"] = t.render_ms;
-  json["checksum"] = checksum(layer);
+  json["checksum"] = checksum;
   return line(json);
 }
 

@@ -85,9 +85,9 @@ inline constexpr int block_px = 64;
 /// chain where its difference from a smooth mapping peaks: the homography at its centre, its edges' middles and the
 /// quarter points, quadratics between their nine places along each axis; half the tolerance is margin for what lies
 /// between. `extents`: where the maps are, for leaving out what sees none of them; nothing is left out where it is
-/// empty.
+/// empty. `rows`: patches that meet none of them are left out; the others are those of the whole image.
 PatchMapping map_patches(const ExactChain& chain, const geodesy::Projection& projection, double tolerance_px,
-                         const std::vector<GroundExtent>& extents);
+                         const std::vector<GroundExtent>& extents, const RowRange& rows = {});
 
 /// Where a rectangle of CRS coordinates lies on the ground, with a margin of 1 %.
 GroundExtent ground_extent(const Surface& surface, const geodesy::Projection& projection,

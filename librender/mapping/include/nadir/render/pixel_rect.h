@@ -1,6 +1,8 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <limits>
 
 namespace nadir::render {
 
@@ -18,6 +20,17 @@ struct PixelRect {
     return {first, second};
   }
   std::array<PixelRect, 2> halves() const { return cut_at((width >= height ? width : height) / 2); }
+};
+
+/// Rows of an image, [first, end); all of them by default.
+struct RowRange {
+  int first = 0, end = std::numeric_limits<int>::max();
+
+  /// How many of its rows a rectangle has.
+  int shared(const PixelRect& rect) const {
+    return std::max(0, std::min(rect.y + rect.height, end) - std::max(rect.y, first));
+  }
+  bool meets(const PixelRect& rect) const { return shared(rect) > 0; }
 };
 
 }  // namespace nadir::render

@@ -1,7 +1,9 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <cstdint>
 #include <memory>
+#include <type_traits>
 #include <vector>
 
 #include "nadir/render/patches.h"
@@ -16,10 +18,13 @@ struct PlannedBlock {
   PixelRect rect;
   BlockSampling sampling;               // but for its levels, which exist once their cells are pinned
   std::vector<LevelWindow> windows;     // but for their cells
+  Eigen::Vector2d seen_min, seen_max;   // texels of level 0, on the map, without the footprints' margins
   std::vector<Eigen::Vector2d> texels;  // of a per-pixel block; sampling.texels refers to them
   double longest_texels = 0;            // of its pixels' footprints, along their longer axes
   bool undersampled = false;            // some pixel spans more texels than it takes samples of
 };
+
+static_assert(std::is_nothrow_move_constructible_v<PlannedBlock>, "lists of blocks would copy them when they grow");
 
 /// How one layer of a frame will be made. What sees nothing has no block.
 struct LayerPlan {
@@ -35,7 +40,12 @@ inline constexpr int most_samples_a_side = 16;
 inline constexpr int most_reference_samples_a_side = 256;
 
 /// Cuts the mapping's patches into blocks of at most `block_px` a side and finds for each what it samples: the levels
-/// from the footprint at its corners, and the cells that its outline may touch.
-LayerPlan plan_layer(const PatchMapping& mapping, const tile::CellSource& source, const Sampling& sampling);
+/// from the footprint at its corners, and the cells that its outline may touch. `rows`: blocks that meet none of them
+/// are left out; the others are those of the whole image.
+LayerPlan plan_layer(const PatchMapping& mapping, const tile::CellSource& source, const Sampling& sampling,
+                     const RowRange& rows = {});
+
+/// Has a block sampled from no level finer than the one after its finest. That level must be there.
+void coarsen(PlannedBlock& block, const tile::Map& map);
 
 }  // namespace nadir::render

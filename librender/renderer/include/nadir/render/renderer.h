@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <set>
@@ -36,7 +37,13 @@ struct RenderOptions {
   OffMap off_map = OffMap::Mask;
   double fill_value = 0;      // with OffMap::Fill
   double motion_step_px = 2;  // of motion in the image, at most, between the poses that stand for an exposure; over 0
-  bool explain = false;       // fill in Frame::explanation
+  /// Do not wait for map tiles that are not in memory: a block of pixels whose cells are not all there is sampled from
+  /// the finest coarser level whose cells are, in the last resort from the coarsest, which alone is read. What was
+  /// missing is loaded in the background for coming frames. Such frames hang on what was in memory: they are outside
+  /// the promise of the same bytes, and say what of them is coarse (Truth::coarse). A layer of role Labels waits unless
+  /// its map says that it holds labels, as nadir build has it say, which never blends them.
+  bool allow_coarse = false;
+  bool explain = false;  // fill in Frame::explanation
 };
 
 struct RendererOptions {
@@ -53,7 +60,8 @@ class Renderer {
   Renderer(Renderer&&) noexcept;
   Renderer& operator=(Renderer&&) noexcept;
 
-  /// One frame with all layers of the scene. The same bytes for any thread count, budget and history.
+  /// One frame with all layers of the scene. The same bytes for any thread count, budget and history, unless
+  /// `options.allow_coarse`.
   Result<Frame> render(const Scene& scene, const Camera& camera, const CameraPose& ecef_from_camera,
                        const RenderOptions& options = {});
 
@@ -63,12 +71,24 @@ class Renderer {
   Result<Frame> render(const Scene& scene, const Camera& camera, const CameraMotion& motion, const Shutter& shutter,
                        const RenderOptions& options = {});
 
+  /// As `render`, in bands of `band_rows` rows (fewer in the last), from the top, each given to `sink` in its turn:
+  /// memory is that of the cache and of a band, whatever the frame's height. Together they are the bytes of the whole
+  /// frame. Multiples of block_px rows cost least, since blocks across two bands are sampled in both. Returns the frame
+  /// without pixels, with all of its truth; the truth of a band lacks damage and valid fraction. What is chosen for
+  /// whole frames (`max_error`) is chosen by planning all bands beforehand.
+  /// Error: Unsupported with `allow_coarse`, and what `sink` returns.
+  using BandSink = std::function<Result<void>(const Frame& band, int first_row)>;
+  Result<Frame> render_bands(const Scene& scene, const Camera& camera, const CameraPose& ecef_from_camera,
+                             const RenderOptions& options, int band_rows, const BandSink& sink);
+  Result<Frame> render_bands(const Scene& scene, const Camera& camera, const CameraMotion& motion,
+                             const Shutter& shutter, const RenderOptions& options, int band_rows, const BandSink& sink);
+
   /// Begins to load, in the background, what a frame at a coming pose will sample: no byte of any frame hangs on it.
   /// Destroyed or replaced, the ticket cancels what of that has not begun. What is wrong with the frame is left for
   /// `render` to say.
   [[nodiscard]] tile::CellCache::Ticket prefetch(const Scene& scene, const Camera& camera,
                                                  const CameraPose& ecef_from_camera, const RenderOptions& options = {});
-  /// Waits until that is done.
+  /// Waits until that is done, and what frames with `allow_coarse` found missing is loaded.
   void wait_for_prefetch() { cache().wait_for_prefetch(); }
 
   tile::CacheCounters cache_counters() const;
@@ -77,9 +97,16 @@ class Renderer {
   /// `middle`: of the frame's truth; `instants`: whose mean the frame is, one alone being the middle itself.
   Result<Frame> expose(const Scene& scene, const ExactChain& middle, std::span<const ExactChain> instants,
                        const RenderOptions& options);
-  /// Samples the layers whose indices are given, as they are at one instant, the `first` or a later one.
+  Result<Frame> expose_in_bands(const Scene& scene, const ExactChain& middle, std::span<const ExactChain> instants,
+                                const RenderOptions& options, int band_rows, const BandSink& sink);
+  struct Band;
+  /// Fills the frame's layers, which hold all rows, or those of `band` where there is one.
+  Result<void> expose_rows(const Scene& scene, const ExactChain& middle, std::span<const ExactChain> instants,
+                           const RenderOptions& options, const Band* band, Frame& frame, std::set<std::string>& damage);
+  /// Samples the layers whose indices are given, as they are at one instant.
   Result<void> sample(const Scene& scene, const ExactChain& chain, std::span<const std::size_t> which,
-                      const RenderOptions& options, bool first, Frame& frame, std::set<std::string>& damage);
+                      const RenderOptions& options, std::size_t instant, const Band* band, Frame& frame,
+                      std::set<std::string>& damage);
   tile::CellCache& cache();
   struct Engine;
   std::unique_ptr<Engine> engine_;

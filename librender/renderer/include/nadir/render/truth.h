@@ -22,6 +22,12 @@ struct Exposure {
   CameraPose ecef_from_camera_at_start, ecef_from_camera_at_end;
 };
 
+/// What of a frame was sampled from coarser levels than planned: see RenderOptions::allow_coarse.
+struct CoarseFill {
+  double fraction = 0;  // of the image's pixels, in blocks
+  int levels = 0;       // at most, from the finest level planned for a block to the finest sampled
+};
+
 /// What is known exactly about one layer of one frame. Matrices and pixel positions are for coordinates that put the
 /// centre of the first pixel at (0, 0), as OpenCV and ROS do; texel and uv footprints count from the map's outer
 /// corner.
@@ -62,9 +68,10 @@ struct Truth {
   Filter filter = Filter::Mip;
   double oversampling = 1;  // of Mip: see Sampling
   int finest_level = 0, coarsest_level = 0;
-  std::int64_t tiles = 0;        // cells sampled from
-  bool undersampled = false;     // the map has too few levels for this view
-  double geometry_error_px = 0;  // greatest found where the mapping was checked
+  std::int64_t tiles = 0;            // cells sampled from
+  std::optional<CoarseFill> coarse;  // where that was allowed; of the instants of an exposure, the greatest
+  bool undersampled = false;         // the map has too few levels for this view
+  double geometry_error_px = 0;      // greatest found where the mapping was checked
   /// Root mean square against the reference filter, in the frame's values, as the plan expects it. Empty where the map
   /// does not tell what its levels lose (nadir build stores it), of decibels and of labels.
   std::optional<double> expected_rmse;

@@ -50,6 +50,10 @@ class CellCache {
   /// several fail, the error of the first in order.
   Result<std::vector<CellPtr>> pin(std::span<const CellRequest> requests);
 
+  /// Those of `requests` that are in memory, in their order, null where they are not: reads nothing and waits for
+  /// nobody's reading. They count as used.
+  std::vector<CellPtr> held(std::span<const CellRequest> requests);
+
   /// What `prefetch` was asked for. Destroyed, it cancels what of that has not begun.
   class Ticket {
    public:

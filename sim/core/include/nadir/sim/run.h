@@ -32,6 +32,7 @@ struct PreparedVehicle {
 /// What a run cost and saw.
 struct RunSummary {
   std::int64_t frames = 0, rejected = 0;
+  std::int64_t coarse = 0;                            // frames with pixels from coarser levels than planned
   std::size_t damaged = 0;                            // frames that saw damaged tiles
   std::set<std::string> damage;                       // those tiles, each once
   double seconds = 0;                                 // of the machine's clock
@@ -68,10 +69,10 @@ class Run {
 /// The pose of a sensor's camera on a vehicle.
 render::CameraPose camera_pose(const VehicleState& state, const PreparedSensor& sensor);
 
-/// How a sensor's camera moves around the stamp of its frame: on the vehicle, which keeps its velocity and its rates. Of
-/// an acceleration a, that leaves out a t^2 / 2 at a time t from the stamp: 3 mm at 10 m/s^2 and 25 ms; of the arc of a
-/// camera r metres beside the vehicle's origin, its height over the chord: r (w t)^2 / 2, 0.3 mm at 1 m and 1 rad/s.
-/// Its shutter is not instant.
+/// How a sensor's camera moves around the stamp of its frame: on the vehicle, which keeps its velocity and its rates.
+/// Of an acceleration a, that leaves out a t^2 / 2 at a time t from the stamp: 3 mm at 10 m/s^2 and 25 ms; of the arc
+/// of a camera r metres beside the vehicle's origin, its height over the chord: r (w t)^2 / 2, 0.3 mm at 1 m and 1
+/// rad/s. Its shutter is not instant.
 render::CameraMotion camera_motion(const VehicleState& state, const PreparedSensor& sensor);
 
 Result<render::Frame> render_frame(render::Renderer& renderer, const VehicleState& state, const PreparedSensor& sensor,

@@ -59,6 +59,7 @@ struct SensorSetup {
   render::OffMap off_map = render::OffMap::Mask;
   double fill_value = 0;
   render::Shutter shutter;
+  bool allow_coarse = false;  // frames that do not wait for map tiles, and that no replay gives again
 
   render::Mount mount() const;
 };

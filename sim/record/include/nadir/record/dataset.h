@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "nadir/base/result.h"
+#include "nadir/record/banded_frame.h"
 #include "nadir/record/feature_file.h"
 #include "nadir/record/frame_record.h"
 #include "nadir/render/camera.h"
@@ -45,6 +46,11 @@ class Dataset {
   /// frame's pose, which all layers share: one file, in the first one's folder, that the records of all name.
   Result<void> add(render::Frame frame, std::int64_t time_ns, const std::string& vehicle, bool masks,
                    std::optional<render::TruthPlanes> planes = {});
+  /// Begins a frame that comes in bands, from which `add` makes files and records as of a whole one. Its images are
+  /// written while bands are added to it.
+  Result<BandedFrame> begin_bands(std::int64_t time_ns, const std::string& vehicle, bool masks);
+  /// `whole`: of Renderer::render_bands, whose bands were added.
+  Result<void> add(BandedFrame bands, const render::Frame& whole);
   Result<void> add_rejected(const std::vector<std::string>& sensors, std::int64_t time_ns, const std::string& vehicle,
                             const std::string& reason);
 

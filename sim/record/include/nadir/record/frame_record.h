@@ -1,6 +1,9 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -23,12 +26,30 @@ struct FrameRecords {
   std::vector<std::string> features;  // of footprints.geojson
 };
 
-/// "xxh3:<16 hex digits>": XXH3-64 of a layer's samples, in rows from the top, little-endian, then of its validity
-/// bytes.
+/// Of a frame's layer: XXH3-64 of its samples, in rows from the top, little-endian, then of its validity bytes.
+class Checksum {
+ public:
+  Checksum();
+  ~Checksum();
+  Checksum(Checksum&&) noexcept;
+  Checksum& operator=(Checksum&&) noexcept;
+
+  void add(std::span<const std::byte> bytes);
+  /// "xxh3:<16 hex digits>"
+  std::string text() const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+/// Of all of a layer.
 std::string checksum(const render::FrameLayer& layer);
 
 /// One line of frames.jsonl, without the line feed: all of a frame's truth. `frames.schema.json` describes it.
 std::string frame_record(const FrameFile& file, const render::FrameLayer& layer);
+/// Likewise, of a layer whose pixels are gone.
+std::string frame_record(const FrameFile& file, const render::FrameLayer& layer, const std::string& checksum);
 
 /// A frame's Feature of footprints.geojson, on one line: what it sees on the ground, and whence.
 /// `footprints.schema.json` describes it.

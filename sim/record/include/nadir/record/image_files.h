@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -9,6 +10,18 @@
 #include "nadir/record/pictures.h"
 
 namespace nadir::record {
+
+/// An image file that is written from the top while its rows are made. Destroyed before `finish`, it leaves nothing
+/// behind. One thread at a time.
+class ImageRows {
+ public:
+  virtual ~ImageRows() = default;
+  /// The next rows, laid out as in ImageView. Those of TIFF files are packed in strips: numbers of rows that are
+  /// multiples of 64, but for the last ones, give the bytes of the whole image written at once.
+  virtual Result<void> add(const void* samples, int rows) = 0;
+  /// After the last row: puts the file in place.
+  virtual Result<void> finish() = 0;
+};
 
 /// Reads and writes image files, and draws pictures for people.
 ///
@@ -23,6 +36,9 @@ class ImageFiles {
   /// `.tiff` (deflate, lossless) all types with any number of channels up to 65535. Anything else is
   /// Error::Unsupported. Channels are data: a second or fourth one is never multiplied into the others as alpha.
   virtual Result<void> write(const std::filesystem::path& path, const ImageView& image) const = 0;
+
+  /// As `write`, row by row, in little memory. `shape`: the whole image, without samples.
+  virtual Result<std::unique_ptr<ImageRows>> begin(const std::filesystem::path& path, const ImageView& shape) const = 0;
 
   /// The first image of a PNG or TIFF file. Types other than ours are read as float32.
   virtual Result<Image> read(const std::filesystem::path& path) const = 0;

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <set>
+#include <string>
+
+#include "nadir/render/frame.h"
+#include "nadir/render/renderer.h"
+#include "sampling_choice.h"
+
+namespace nadir::render {
+
+/// A layer of the frame with its geometric truth, but no pixels yet.
+FrameLayer empty_layer(const Layer& layer, const ExactChain& chain);
+
+/// Gives it the pixels of `rows` rows, invalid so far, of map values.
+void allocate(const Layer& layer, int rows, FrameLayer& out);
+
+void clear(FrameLayer& layer);
+
+/// Notes how a layer is sampled. Of the instants of an exposure, the widest range of levels, and the most of all else.
+/// `cells`: that it is sampled from.
+void note_plan(const SampledPlan& planned, double geometry_error_px, std::int64_t cells, const RenderOptions& options,
+               bool first, Truth& truth);
+
+/// From map values to what the sensor delivers: its output type, and what invalid pixels hold. Returns how many are
+/// valid. In parallel.
+std::int64_t finish_layer(const Layer& layer, const RenderOptions& options, FrameLayer& out);
+
+/// What was found of damaged tiles of the layer's map.
+void note_damage(const std::set<std::string>& damage, Truth& truth);
+
+/// What all maps of a scene, each counted once however many layers it has, and the cache have cost so far.
+struct WorkTotals {
+  std::int64_t projection_points = 0, windows_read = 0, samples_read = 0, cells_loaded = 0;
+};
+WorkTotals work_so_far(const Scene& scene, const tile::CellCache& cache);
+void count_work(const WorkTotals& before, const WorkTotals& after, FrameCounters& counters);
+
+}  // namespace nadir::render
