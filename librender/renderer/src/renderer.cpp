@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -17,6 +16,7 @@
 #include "render_checks.h"
 #include "sampling_choice.h"
 #include "shared_mappings.h"
+#include "stage_timer.h"
 
 namespace nadir::render {
 namespace {
@@ -174,22 +174,20 @@ Result<Frame> Renderer::render(const Scene& scene, const Camera& camera, const C
   auto frame = expose(scene, {camera, motion, shutter, scene.surface()}, chains, options);
   if (!frame) return frame;
   for (FrameLayer& layer : frame->layers_) layer.truth.exposure = exposure;
-  if (options.explain)
-    frame->explanation_.done.push_back(
-        fmt::format("exposure: {} poses over {} s, in which what is seen goes {:.2f} px; readout {} s", exposure.poses,
-                    shutter.exposure_s, exposure.motion_px, shutter.readout_s));
+  if (options.explain) frame->explanation_.exposure = exposure;
   return frame;
 }
 
 Result<Frame> Renderer::expose(const Scene& scene, const ExactChain& middle, std::span<const ExactChain> instants,
                                const RenderOptions& options) {
-  const auto start = std::chrono::steady_clock::now();
+  Frame frame;
+  StageTimes& times = frame.counters_.times;
+  std::optional<StageTimer> whole(times.whole_ms), preparing(times.preparing_ms);
   if (auto ok = scene.check(); !ok) return fail(ok);
   if (auto ok = check(options); !ok) return fail(ok);
   const WorkTotals before = totals(scene);
   const tile::CacheCounters cache_before = engine_->cache.counters();
 
-  Frame frame;
   const std::size_t pixels =
       static_cast<std::size_t>(middle.camera().width_px()) * static_cast<std::size_t>(middle.camera().height_px());
   std::vector<std::size_t> all, blended, unblended;
@@ -203,6 +201,7 @@ Result<Frame> Renderer::expose(const Scene& scene, const ExactChain& middle, std
     all.push_back(all.size());
     frame.layers_.push_back(std::move(out));
   }
+  preparing.reset();
   std::set<std::string> damage;
   if (instants.size() == 1) {
     if (auto ok = sample(scene, instants[0], all, options, true, frame, damage); !ok) return fail(ok);
@@ -216,10 +215,12 @@ Result<Frame> Renderer::expose(const Scene& scene, const ExactChain& middle, std
       if (k > 0)
         for (const std::size_t i : blended) clear(frame.layers_[i]);
       if (auto ok = sample(scene, instants[k], blended, options, k == 0, frame, damage); !ok) return fail(ok);
+      const StageTimer finishing(times.finishing_ms);
       engine_->arena.execute([&] {
         for (std::size_t m = 0; m < means.size(); ++m) means[m].add(frame.layers_[blended[m]]);
       });
     }
+    const StageTimer finishing(times.finishing_ms);
     engine_->arena.execute([&] {
       for (std::size_t m = 0; m < means.size(); ++m) means[m].write(frame.layers_[blended[m]]);
     });
@@ -232,22 +233,29 @@ Result<Frame> Renderer::expose(const Scene& scene, const ExactChain& middle, std
   frame.counters_.cells_loaded = engine_->cache.counters().loads - cache_before.loads;
   for (std::size_t i = 0; i < frame.layers_.size(); ++i) {
     FrameLayer& out = frame.layers_[i];
-    finish_layer(scene.layers()[i], options, out);
+    timed(times.finishing_ms, [&] { finish_layer(scene.layers()[i], options, out); });
     frame.counters_.cells += out.truth.tiles;
     for (const std::string& message : damage)
       if (message.starts_with(out.truth.map_path)) out.truth.damage.push_back(message);
   }
-  if (options.explain) explain_frame(scene, middle.camera(), frame.counters_, frame.explanation_);
-  const double render_ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
-  for (FrameLayer& layer : frame.layers_) layer.truth.render_ms = render_ms;
+  whole.reset();
+  for (FrameLayer& layer : frame.layers_) layer.truth.render_ms = times.whole_ms;
+  if (options.explain) {
+    frame.explanation_.plane = scene.surface().plane() != nullptr;
+    frame.explanation_.ideal_lens = middle.camera().lens().ideal();
+    frame.explanation_.counters = frame.counters_;
+  }
   return frame;
 }
 
 Result<void> Renderer::sample(const Scene& scene, const ExactChain& chain, std::span<const std::size_t> which,
                               const RenderOptions& options, bool first, Frame& frame, std::set<std::string>& damage) {
-  const SharedMappings shared = share_mappings(scene, chain, options.geometry_tolerance_px, which);
+  StageTimes& times = frame.counters_.times;
+  const SharedMappings shared =
+      timed(times.mapping_ms, [&] { return share_mappings(scene, chain, options.geometry_tolerance_px, which); });
   for (const PatchMapping& mapping : shared.mappings) frame.counters_.exact_points += mapping.exact_points;
 
+  std::optional<StageTimer> planning(times.planning_ms);
   std::vector<LayerPlan> plans;
   for (std::size_t k = 0; k < which.size(); ++k) {
     const Layer& layer = scene.layers()[which[k]];
@@ -266,13 +274,14 @@ Result<void> Renderer::sample(const Scene& scene, const ExactChain& chain, std::
       items.push_back({&block, scene.layers()[which[k]].source.get(), out.samples.data(), out.validity.data(),
                        static_cast<std::size_t>(out.width)});
   }
+  planning.reset();
 
   const auto sampled =
       engine_->arena.execute([&] { return run_passes(items, engine_->cache, frame.counters_, damage); });
   if (!sampled) return sampled;
   for (std::size_t k = 0; first && options.explain && k < plans.size(); ++k)
-    explain_layer(scene.layers()[which[k]], shared.of(k), !shared.is_first(k), plans[k], frame.layers_[which[k]],
-                  frame.explanation_);
+    frame.explanation_.layers.push_back(explain_layer(scene.layers()[which[k]], shared.of(k), !shared.is_first(k),
+                                                      plans[k], frame.layers_[which[k]].truth));
   return {};
 }
 

@@ -153,7 +153,8 @@ void add_render_options(CLI::App& app, RenderArguments& a) {
                "ground sample distance of every pixel")
       ->excludes(no_output)
       ->group("Output");
-  app.add_flag("--explain", a.explain, "say how the first frame is made, what is left out, and why")->group("Output");
+  app.add_flag("--explain", a.explain, "say how the first frame is made, what is left out, why, and what took how long")
+      ->group("Output");
   app.add_flag("--json", a.json, "summary (and explanation) for programs")->group("Output");
   app.footer(
       "examples:\n"
