@@ -53,9 +53,13 @@ void finish_invalid(FrameLayer& layer, const RenderOptions& options) {
       value = static_cast<T>(
           std::clamp<double>(options.fill_value, std::numeric_limits<T>::min(), std::numeric_limits<T>::max()));
     T* samples = reinterpret_cast<T*>(layer.samples.data());
-    const auto bands = static_cast<std::size_t>(layer.bands);
-    for (std::size_t i = 0; i < layer.validity.size(); ++i)
-      if (!layer.validity[i]) std::fill_n(samples + i * bands, bands, value);
+    const auto bands = static_cast<std::ptrdiff_t>(layer.bands);
+    const auto begin = layer.validity.begin(), end = layer.validity.end();
+    for (auto first = std::find(begin, end, 0); first != end;) {  // runs: most of what is invalid lies together
+      const auto last = std::find(first, end, 1);
+      std::fill(samples + (first - begin) * bands, samples + (last - begin) * bands, value);
+      first = std::find(last, end, 0);
+    }
   });
 }
 
