@@ -16,6 +16,7 @@
 #include "nadir/base/text.h"
 #include "nadir/bench/procedural_tiff.h"
 #include "nadir/render/renderer.h"
+#include "peer_cases.h"
 #include "work_counts.h"
 
 namespace nadir::bench {
@@ -184,7 +185,8 @@ Result<WorkCounts> count_instructions(Quality quality, const fs::path& scratch) 
       !ok)
     return fail(ok);
   const std::string command = fmt::format(
-      "valgrind --tool=callgrind --callgrind-out-file=/dev/null '--toggle-collect=nadir::render::sample_block(*unsigned long)' '{}' "
+      "valgrind --tool=callgrind --callgrind-out-file=/dev/null "
+      "'--toggle-collect=nadir::render::sample_block(*unsigned long)' '{}' "
       "--map '{}' --bands 1,2,3 --camera '{}' --poses '{}' --quality {} --threads 1 --no-output >'{}' 2>&1",
       program.string(), (maps / "kampala.tif").string(), camera.string(), poses.string(), to_string(quality),
       said.string());
@@ -232,6 +234,7 @@ Suite ci_suite() {
             std::vector<Case> cases;
             for (const View& view : views()) cases.push_back(one_view(view, options.accept));
             cases.push_back(kernels(options));
+            for (Case& one : peer_cases(options)) cases.push_back(std::move(one));
             return cases;
           }};
 }

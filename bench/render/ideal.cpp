@@ -15,7 +15,7 @@ struct Grid {
 };
 Grid grid_of(const MapPoint& at) {
   const auto samples = [](double dx, double dy) {
-    return std::max(4, static_cast<int>(std::ceil(2 * std::hypot(dx, dy))));
+    return std::max(8, static_cast<int>(std::ceil(2 * std::hypot(dx, dy))));
   };
   return {samples(at.dx_du, at.dy_du), samples(at.dx_dv, at.dy_dv)};
 }

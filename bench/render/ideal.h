@@ -35,7 +35,7 @@ std::vector<std::size_t> lattice(const View& view, double budget);
 std::vector<std::size_t> rectangle(const View& view, int x, int y, int width, int height);
 
 /// Each pixel is integrated as an exact perspective square: the scene by its closed form for the parallelogram that the
-/// square comes to at its middle, the map by at least 4 x 4 samples and two a texel.
+/// square comes to at its middle, the map by at least 8 x 8 samples and two a texel.
 Ideal ideal_of(const View& view, const MapContent& map, std::vector<std::size_t> pixels);
 
 struct Deviation {

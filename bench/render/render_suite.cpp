@@ -4,6 +4,7 @@
 
 #include "aims.h"
 #include "contestants.h"
+#include "convergence.h"
 #include "crops.h"
 #include "flight_cases.h"
 #include "nadir/record/image_files.h"
@@ -214,6 +215,7 @@ std::vector<Case> all_cases(const RunOptions& options) {
     for (const Pose& pose : poses()) cases.push_back(one_view(options, pose, large(options), {1, 2}));
   }
   cases.push_back(reference_filter(options));
+  for (Case& one : convergence_cases(options)) cases.push_back(std::move(one));
   cases.push_back(flicker(options));
   cases.push_back(second_layer(options));
   for (const std::string name : {"n1", "o75"}) {

@@ -4,6 +4,7 @@
 #include <sys/stat.h>
 
 #include <array>
+#include <chrono>
 #include <filesystem>
 
 #include "support/temporary_folder.h"
@@ -51,6 +52,27 @@ TEST(LocalFile, AFileThatShrinksIsAnError) {
   std::filesystem::resize_file(folder.file("f"), 5);
   EXPECT_EQ(read(*file, 0, 5), "01234");
   EXPECT_NE(read(*file, 0, 6).find("it had 10 bytes"), std::string::npos);
+}
+
+TEST(LocalFile, AFileThatIsWrittenToIsAnErrorWhereThatMatters) {
+  const test::TemporaryFolder folder;
+  const std::string path = folder.write("f", "0123456789");
+  std::filesystem::last_write_time(path, std::filesystem::last_write_time(path) - std::chrono::seconds(10));
+  const auto careless = LocalFile::open(path).value(), careful = LocalFile::open(path, IfWritten::Fail).value();
+  EXPECT_EQ(read(*careful, 0, 3), "012");
+  folder.write("f", "abcdefghij");
+  EXPECT_EQ(read(*careless, 0, 3), "abc");
+  EXPECT_NE(read(*careful, 0, 3).find(path + ": was written to"), std::string::npos) << read(*careful, 0, 3);
+}
+
+TEST(LocalFile, AFileThatIsDeletedOrReplacedIsReadOnAsItWas) {
+  const test::TemporaryFolder folder;
+  const std::string path = folder.write("f", "0123456789");
+  const auto file = LocalFile::open(path, IfWritten::Fail).value();
+  std::filesystem::rename(folder.write("g", "abcdefghij"), path);
+  EXPECT_EQ(read(*file, 0, 3), "012");
+  std::filesystem::remove(path);
+  EXPECT_EQ(read(*file, 3, 3), "345");
 }
 
 }  // namespace

@@ -35,6 +35,17 @@ class Bench(unittest.TestCase):
         for word in words:
             self.assertIn(word, done.stderr)
 
+    def bench_without_peers(self, *arguments):
+        """Run where of all peers only Nadir's own lies beside the program."""
+        alone = self.folder / "alone"
+        if not alone.exists():
+            alone.mkdir()
+            beside = pathlib.Path(NADIR).parent
+            for program in [beside / "nadir-bench", beside / "nadir-build", beside / "nadir-peer-nadir",
+                            *beside.glob("*.so")]:
+                shutil.copy(program, alone)
+        return subprocess.run([alone / "nadir-bench", *arguments], capture_output=True, text=True, timeout=240)
+
     def test_a_suite_leaves_results_that_can_be_drawn_again_and_merged(self):
         first, merged = self.folder / "first", self.folder / "merged"
         done = bench("start", "--rounds", 3, "-o", first)
@@ -121,20 +132,34 @@ class Bench(unittest.TestCase):
             self.assertIn("data:image/png;base64,", page)
 
         # A peer whose program is not there is left out, and said to be
-        alone = self.folder / "alone"
-        alone.mkdir()
-        beside = pathlib.Path(NADIR).parent
-        for program in ("nadir-bench", "nadir-build", "nadir-peer-nadir"):
-            shutil.copy(beside / program, alone)
-        for module in beside.glob("*.so"):
-            shutil.copy(module, alone)
-        done = subprocess.run([alone / "nadir-bench", "render", "--quick", "--rounds", "1", "--case", "o75, ", "--json"],
-                              capture_output=True, text=True, timeout=240)
+        done = self.bench_without_peers("render", "--quick", "--rounds", "1", "--case", "o75, ", "--json")
         self.assertEqual(done.returncode, 0, done.stderr)
         left = {row["method"]: row for row in json.loads(done.stdout) if row["case"].startswith("o75, ")}
         self.assertGreater(left["nadir draft"]["wall_ms"], 0)
         self.assertIn("nadir-peer-opencv was not built", left["original"]["counters"]["left_out"])
         self.assertNotIn("wall_ms", left["original"])
+
+    def test_gated_counts_stand_beside_ratios_to_peers_that_gate_nothing(self):
+        def rows_of(done):
+            self.assertEqual(done.returncode, 0, done.stderr)
+            return {row["method"]: row for row in json.loads(done.stdout)}
+
+        asked = ("ci", "--case", "beside peers, o75", "--json")
+        alone = rows_of(self.bench_without_peers(*asked))
+        self.assertEqual(len(alone), 6)
+        for name, row in alone.items():
+            if name.startswith("nadir "):
+                self.assertGreater(row["cpu_ms"], 0, row)
+                self.assertGreater(float(row["counters"]["psnr_image_db"]), 30, row)
+            else:
+                self.assertIn("nadir-peer-opencv was not built", row["counters"]["left_out"])
+        if not (pathlib.Path(NADIR).parent / "nadir-peer-opencv").exists():
+            self.skipTest("no OpenCV: no peer to stand beside")
+        together = rows_of(bench(*asked))
+        for ours, peer in (("draft", "linear"), ("balanced", "linear 2x2"), ("best", "linear 4x4")):
+            counters = together[f"nadir {ours}"]["counters"]
+            self.assertGreater(float(counters[f"cpu_ratio:GDAL + OpenCV {peer}, 1 thread"]), 0)
+            self.assertFalse([key for key in counters if "aim:" in key], "a ratio is of interest only")
 
     def test_a_builder_that_fails_is_told_and_not_timed(self):
         programs = self.folder / "programs"

@@ -204,6 +204,28 @@ class Dataset(unittest.TestCase):
         self.assertTrue(any("mapping shared" in line for line in explanation["done"]), explanation)
         self.assertTrue(any("10 bands: not asked for" in line for line in explanation["left_out"]), explanation)
 
+    def test_explain_tells_the_plan_as_data(self):
+        done = spain(self.out / "a", "--explain", "--json")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        told = json.loads(done.stdout)
+        plan, frame = told["explain"], records_of(self.out / "a")[0]
+        for layer in plan["layers"]:
+            self.assertEqual(layer["pixels_sampled"] + layer["pixels_no_ground"] + layer["pixels_off_map"], layer["pixels"])
+            self.assertEqual(layer["pixels"], frame["width"] * frame["height"])
+            self.assertLessEqual(layer["mapping"]["error_px"], layer["mapping"]["tolerance_px"])
+            self.assertTrue(layer["levels"])
+        self.assertEqual([layer["mapping"]["shared"] for layer in plan["layers"]][0], False)
+        self.assertEqual(sum(layer["cells"] for layer in plan["layers"]), plan["frame"]["cells"])
+        self.assertIsNone(plan["exposure"])
+        for times in (plan["times"], told["median_times"]):
+            shares = [value for key, value in times.items() if key.endswith("_share")]
+            self.assertEqual(len(shares), 6)
+            self.assertTrue(all(share > 0 for share in shares), times)
+        self.assertLessEqual(sum(v for k, v in plan["times"].items() if k.endswith("_share")), 1 + 1e-9)
+        self.assertNotIn("planning", (self.out / "a" / "frames.jsonl").read_text(), "times are for people")
+        lines = spain(self.out / "b", "--explain").stdout
+        self.assertRegex(lines, r"the first frame, .*planning [0-9.e-]+ ms \([0-9.]+ %\)")
+
 
 if __name__ == "__main__":
     unittest.main()

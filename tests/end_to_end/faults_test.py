@@ -184,6 +184,54 @@ class Faults(unittest.TestCase):
         self.assertIn("no frame shows any of a map; the first camera is at 10.000000", done.stderr)
         self.assertEqual([r["valid_fraction"] for r in self.records(folder)], [0] * 6)
 
+    def test_frames_of_sky_and_from_below_the_ground_are_recorded_as_such(self):
+        lat, lon = self.place
+        poses = self.file("sky.csv", HEADER + f"0,{lat},{lon},1200,0,180,0\n1,{lat},{lon},-50,0,0,0\n2,{lat},{lon},0,0,0,0\n"
+                                              f"3,{lat},{lon},900,0,0,0\n")
+        for off_map, seen in (("mask", 4), ("reject", 1)):
+            folder = self.folder / f"sky_{off_map}"
+            done = self.render("--no-pictures", "--off-map", off_map, poses=poses, out=folder)
+            self.assertEqual((done.returncode, done.stderr), (0, ""))
+            records = self.records(folder)
+            self.assertEqual(len(records), 4)
+            self.assertEqual(sum(bool(record["file"]) for record in records), seen)
+            for record in records[:3]:
+                if off_map == "reject":
+                    self.assertIn("sees no ground", record["rejected"])
+                    continue
+                self.assertEqual(record["valid_fraction"], 0)
+                self.assertEqual(record["footprint"]["texel"], [None] * 4)
+                self.assertIsNone(record["map_pixel_from_image_pixel"])
+                self.assertIsNone(record["image_gsd_m"])
+                self.assertEqual(record["damage"], [])
+            self.assertEqual(records[3]["valid_fraction"], 1)
+
+    def test_a_map_that_is_written_to_ends_the_run_with_whole_frames(self):
+        # Enough poses that the map is written to before the last is rendered; none has its tile in memory for longer than a frame
+        changing, folder = self.folder / "changing.tif", self.folder / "changing"
+        gdal.Translate(str(changing), str(self.map), width=4096, height=4096, creationOptions=["TILED=YES"])
+        center = json.loads(run("info", "--json", changing).stdout)["center"]
+        rows = [f"{i},{center['lat_deg'] + 0.004 * (i % 3 - 1)},{center['lon_deg']},60,0,0,0\n" for i in range(20_000)]
+        command = [NADIR, "render", "--map", changing, "--camera", self.file("camera.yaml", CAMERA.format(width=64)), "--cache", "256K",
+                   "--poses", self.file("many.csv", HEADER + "".join(rows)), "-o", folder, "--no-pictures"]
+        process = subprocess.Popen(list(map(str, command)), stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+        path = folder / "footprints.geojson"
+        end = time.monotonic() + 60
+        while time.monotonic() < end and not (path.exists() and path.stat().st_size > 10_000):
+            time.sleep(0.01)
+        with open(changing, "r+b") as file:
+            file.write(file.read(1))
+            file.seek(0)
+            file.write(b"I")
+        _, said = process.communicate(timeout=60)
+        self.assertEqual(process.returncode, 1, said)
+        self.assertIn(f"{changing}: was written to while it was in use: open it again", said.splitlines()[-1])
+        self.assertRegex(said.splitlines()[-1], r"frame at \d+ ns")
+        records = self.records(folder)
+        self.assertGreater(len(records), 5)
+        self.assertLess(len(records), 20_000)
+        self.assertTrue(all(record["valid_fraction"] == 1 for record in records))
+
     def test_output_that_cannot_be_written(self):
         there = self.folder / "there"
         there.mkdir()

@@ -216,7 +216,10 @@ class LayerPlanner {
     int most = most_samples_a_side;
     if (sampling_.filter == Filter::Reference) {
       most = most_reference_samples_a_side;
-      pattern = {1, 2 * j.col(0).norm(), 2 * j.col(1).norm()};
+      const auto wanted = [&](const Eigen::Vector2d& across) {
+        return sampling_.oversampling * std::max(least_reference_texels, across.norm());
+      };
+      pattern = {1, wanted(j.col(0)), wanted(j.col(1))};
     } else {
       pattern = footprint_samples(j, sampling_.oversampling, most_samples_a_side, coarsest_texels_);
       s.level_at_corner[corner] = level_coordinate(levels, pattern.texels);

@@ -11,6 +11,7 @@
 #include "pass.h"
 #include "render_checks.h"
 #include "shared_mappings.h"
+#include "stage_timer.h"
 
 namespace nadir::render {
 namespace {
@@ -137,14 +138,15 @@ Result<Frame> Renderer::expose_in_bands(const Scene& scene, const ExactChain& mi
 
   std::set<std::string> damage;
   std::vector<std::int64_t> valid(all.size(), 0);
-  double render_ms = 0;
+  double& render_ms = frame.counters_.times.whole_ms;
   for (const RowRange& rows : bands) {
     for (const std::size_t i : all) allocate(scene.layers()[i], rows.end - rows.first, frame.layers_[i]);
     const Band band{rows, sampling};
     if (auto ok = expose_rows(scene, middle, instants, options, &band, frame, damage); !ok) return fail(ok);
-    engine_->arena.execute([&] {
+    const auto finish = [&] {
       for (const std::size_t i : all) valid[i] += finish_layer(scene.layers()[i], options, frame.layers_[i]);
-    });
+    };
+    timed(frame.counters_.times.finishing_ms, [&] { engine_->arena.execute(finish); });
     render_ms += std::chrono::duration<double, std::milli>(Clock::now() - start).count();
     if (auto ok = sink(frame, rows.first); !ok) return fail(ok);
     start = Clock::now();  // what the sink does is not the renderer's
@@ -163,9 +165,9 @@ Result<Frame> Renderer::expose_in_bands(const Scene& scene, const ExactChain& mi
     note_damage(damage, out.truth);
   }
   if (options.explain) {
-    frame.explanation_.done.push_back(
-        fmt::format("{} bands of {} rows, of which the first one is told above", bands.size(), bands.front().end));
-    explain_frame(scene, middle.camera(), frame.counters_, frame.explanation_);
+    frame.explanation_.bands = static_cast<std::int64_t>(bands.size());
+    frame.explanation_.band_rows = bands.front().end;
+    finish_explanation(scene, middle.camera(), frame.counters_, frame.explanation_);
   }
   return frame;
 }

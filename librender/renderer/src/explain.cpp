@@ -1,73 +1,75 @@
 #include "explain.h"
 
-#include <fmt/format.h>
+#include <map>
+
+#include "pass.h"
 
 namespace nadir::render {
 namespace {
 
-std::string describe_mapping(const PatchMapping& mapping) {
-  std::int64_t homographies = 0, quadratics = 0, per_pixel = 0;
-  for (const Patch& patch : mapping.patches) {
-    homographies += patch.kind == Patch::Kind::Homography;
-    quadratics += patch.kind == Patch::Kind::Biquadratic;
-    per_pixel += patch.kind == Patch::Kind::PerPixel;
-  }
-  if (mapping.patches.size() == 1 && homographies == 1)
-    return fmt::format("one homography, off by {:.2g} px where checked (tolerance {} px)", mapping.error_px,
-                       mapping.tolerance_px);
-  return fmt::format(
-      "{} homographies, {} quadratics and {} patches by pixel, off by {:.2g} px where checked (tolerance "
-      "{} px)",
-      homographies, quadratics, per_pixel, mapping.error_px, mapping.tolerance_px);
+std::vector<LevelUse> levels_of(const LayerPlan& plan) {
+  std::map<int, LevelUse> found;
+  for (const PlannedBlock& block : plan.blocks)
+    for (const LevelWindow& window : block.windows) {
+      LevelUse& use = found[window.level];
+      use.level = window.level;
+      ++use.blocks;
+      use.pixels += static_cast<std::int64_t>(block.rect.width) * block.rect.height;
+    }
+  std::vector<LevelUse> levels;
+  for (const auto& [level, use] : found) levels.push_back(use);
+  return levels;
 }
 
 }  // namespace
 
-void explain_layer(const Layer& layer, const PatchMapping& mapping, bool mapping_shared, const LayerPlan& plan,
-                   const FrameLayer& frame, Explanation& explanation) {
+LayerExplanation explain_layer(const Layer& layer, const PatchMapping& mapping, bool mapping_shared,
+                               const LayerPlan& plan, const Truth& truth) {
   const tile::Map& map = layer.source->map();
-  const auto does = [&](std::string text) { explanation.done.push_back(fmt::format("{}: {}", layer.name, text)); };
-  const auto without = [&](std::string text) {
-    explanation.left_out.push_back(fmt::format("{}: {}", layer.name, text));
-  };
+  LayerExplanation out;
+  out.name = layer.name;
+  out.map = map.description().path;
+  out.crs = map.projection().name();
+  out.role = layer.options.role;
+  out.type = layer.source->type();
+  out.bands = static_cast<int>(layer.source->bands().size());
+  out.bands_of_map = static_cast<int>(map.description().bands.size());
 
-  does(fmt::format("{}, {}, role {}, {} of {} bands as {}", map.description().path, map.projection().name(),
-                   tile::to_string(layer.options.role), layer.source->bands().size(), map.description().bands.size(),
-                   tile::to_string(layer.source->type())));
-  does(mapping_shared ? "mapping shared with an earlier layer of the same CRS"
-                      : "mapping: " + describe_mapping(mapping));
-  const double pixels = static_cast<double>(frame.width) * frame.height;
-  if (!plan.blocks.empty())
-    does(fmt::format("levels {} to {} of {}, filter {}, {:.2f} samples a pixel, {} cells, {} blocks", plan.finest_level,
-                     plan.coarsest_level, map.levels().size(), to_string(frame.truth.filter),
-                     static_cast<double>(plan.samples) / static_cast<double>(plan.pixels_sampled), frame.truth.tiles,
-                     plan.blocks.size()));
-  if (plan.undersampled)
-    does("some pixels span more texels than are sampled: the map has too few levels (nadir build adds them)");
+  out.mapping_shared = mapping_shared;
+  out.closed_form = !map.projection().uses_library();
+  for (const Patch& patch : mapping.patches) {
+    out.homographies += patch.kind == Patch::Kind::Homography;
+    out.quadratics += patch.kind == Patch::Kind::Biquadratic;
+    out.patches_by_pixel += patch.kind == Patch::Kind::PerPixel;
+  }
+  out.mapping_error_px = mapping.error_px;
+  out.tolerance_px = mapping.tolerance_px;
 
-  if (!map.projection().uses_library()) without("projection library: the CRS has a closed form");
-  if (layer.source->bands().size() < map.description().bands.size())
-    without(fmt::format("{} bands: not asked for", map.description().bands.size() - layer.source->bands().size()));
-  if (plan.finest_level > 0) without(fmt::format("levels finer than {}: no pixel is that fine", plan.finest_level));
-  if (plan.coarsest_level + 1 < static_cast<int>(map.levels().size()))
-    without(fmt::format("levels coarser than {}: no pixel is that coarse", plan.coarsest_level));
-  if (plan.pixels_no_ground > 0)
-    without(fmt::format("{:.1f} % of the image: sky", 100 * static_cast<double>(plan.pixels_no_ground) / pixels));
-  if (plan.pixels_off_map > 0)
-    without(fmt::format("{:.1f} % of the image: blocks off the map",
-                        100 * static_cast<double>(plan.pixels_off_map) / pixels));
+  out.filter = truth.filter;
+  out.oversampling = truth.oversampling;
+  out.levels_of_map = static_cast<int>(map.levels().size());
+  out.levels = levels_of(plan);
+  out.blocks = static_cast<std::int64_t>(plan.blocks.size());
+  out.samples = plan.samples;
+  out.pixels = static_cast<std::int64_t>(truth.width) * truth.height;
+  out.pixels_sampled = plan.pixels_sampled;
+  out.pixels_no_ground = plan.pixels_no_ground;
+  out.pixels_off_map = plan.pixels_off_map;
+  std::vector<tile::CellKey> cells;
+  add_cells(plan, cells);
+  out.cells = static_cast<std::int64_t>(cells.size());
+  out.cell_bytes = static_cast<std::uint64_t>(out.cells) * layer.source->cell_bytes();
+  out.undersampled = plan.undersampled;
+  out.expected_rmse = truth.expected_rmse;
+  out.coarse = truth.coarse;
+  return out;
 }
 
-void explain_frame(const Scene& scene, const Camera& camera, const FrameCounters& counters, Explanation& explanation) {
-  explanation.done.push_back(fmt::format(
-      "frame: {} layers, {} exact points, {} points through the projection library, {} of {} cells read, {} passes",
-      scene.layers().size(), counters.exact_points, counters.projection_points, counters.cells_loaded, counters.cells,
-      counters.passes));
-  explanation.left_out.push_back(scene.surface().plane() ? "the Earth's curvature and terrain: the surface is a plane"
-                                                         : "terrain: the surface is an ellipsoid");
-  if (camera.lens().ideal()) explanation.left_out.push_back("lens undistortion: the camera is an ideal pinhole");
-  if (counters.cells > 0 && counters.cells_loaded == 0)
-    explanation.left_out.push_back("reading: all cells were in the cache");
+void finish_explanation(const Scene& scene, const Camera& camera, const FrameCounters& counters,
+                        Explanation& explanation) {
+  explanation.plane = scene.surface().plane() != nullptr;
+  explanation.ideal_lens = camera.lens().ideal();
+  explanation.counters = counters;
 }
 
 }  // namespace nadir::render

@@ -1,16 +1,17 @@
 #pragma once
 
-#include "nadir/render/frame.h"
+#include "nadir/render/explanation.h"
 #include "nadir/render/layer_plan.h"
 #include "nadir/render/scene.h"
 
 namespace nadir::render {
 
-/// Says what a frame's layer took and what it did without.
-void explain_layer(const Layer& layer, const PatchMapping& mapping, bool mapping_shared, const LayerPlan& plan,
-                   const FrameLayer& frame, Explanation& explanation);
+/// What is known of a layer once it is planned. `truth`: with what the plan has put there.
+LayerExplanation explain_layer(const Layer& layer, const PatchMapping& mapping, bool mapping_shared,
+                               const LayerPlan& plan, const Truth& truth);
 
-/// Says the same of what all layers share.
-void explain_frame(const Scene& scene, const Camera& camera, const FrameCounters& counters, Explanation& explanation);
+/// What all layers share.
+void finish_explanation(const Scene& scene, const Camera& camera, const FrameCounters& counters,
+                        Explanation& explanation);
 
 }  // namespace nadir::render

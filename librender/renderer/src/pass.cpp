@@ -8,6 +8,7 @@
 
 #include "nadir/base/text.h"
 #include "nadir/render/stored_runs.h"
+#include "stage_timer.h"
 
 namespace nadir::render {
 namespace {
@@ -109,7 +110,7 @@ void sample(const WorkItem& item, const std::vector<WantedCell>& wanted, const s
 Result<void> run_passes(std::span<const WorkItem> items, tile::CellCache& cache, FrameCounters& counters,
                         std::set<std::string>& damage) {
   if (items.empty()) return {};
-  const std::vector<WantedCell> wanted = cells_of(items);
+  const std::vector<WantedCell> wanted = timed(counters.times.planning_ms, [&] { return cells_of(items); });
   std::uint64_t bytes = 0;
   for (const WantedCell& cell : wanted) bytes += cell.source->cell_bytes();
 
@@ -127,14 +128,16 @@ Result<void> run_passes(std::span<const WorkItem> items, tile::CellCache& cache,
                     format_bytes(bytes), format_bytes(cache.budget_bytes())));
   }
 
-  auto pinned = cache.pin(requests_for(wanted));
+  auto pinned = timed(counters.times.reading_ms, [&] { return cache.pin(requests_for(wanted)); });
   if (!pinned) {
     if (pinned.error().kind == Error::Kind::OverBudget && !one_block) return in_halves();
     return fail(pinned);
   }
   for (const tile::CellPtr& cell : *pinned)
     if (!cell->damage().empty()) damage.insert(cell->damage());
-  tbb::parallel_for(std::size_t{0}, items.size(), [&](std::size_t i) { sample(items[i], wanted, *pinned); });
+  timed(counters.times.sampling_ms, [&] {
+    tbb::parallel_for(std::size_t{0}, items.size(), [&](std::size_t i) { sample(items[i], wanted, *pinned); });
+  });
   ++counters.passes;
   return {};
 }

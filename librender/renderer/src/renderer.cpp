@@ -1,11 +1,9 @@
 #include "nadir/render/renderer.h"
 
-#include <fmt/format.h>
 #include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <numeric>
 
 #include "engine.h"
@@ -17,19 +15,16 @@
 #include "render_checks.h"
 #include "sampling_choice.h"
 #include "shared_mappings.h"
+#include "stage_timer.h"
 
 namespace nadir::render {
 namespace {
 
 constexpr std::array<std::string_view, 3> off_map_names = {"mask", "fill", "reject"};
 
-void note_coarse(const Layer& layer, const CoarseFill& fill, bool explain, Truth& truth, Explanation& explanation) {
+void note_coarse(const CoarseFill& fill, Truth& truth) {
   const CoarseFill before = truth.coarse.value_or(CoarseFill{});
   truth.coarse = CoarseFill{std::max(before.fraction, fill.fraction), std::max(before.levels, fill.levels)};
-  if (explain && fill.levels > 0)
-    explanation.done.push_back(fmt::format(
-        "{}: {:.1f} % of the pixels from up to {} levels coarser than planned: their cells were not in memory",
-        layer.name, 100 * fill.fraction, fill.levels));
 }
 
 }  // namespace
@@ -83,21 +78,19 @@ Result<Frame> Renderer::render(const Scene& scene, const Camera& camera, const C
   auto frame = expose(scene, moving->middle, moving->instants, options);
   if (!frame) return frame;
   for (FrameLayer& layer : frame->layers_) layer.truth.exposure = exposure;
-  if (options.explain)
-    frame->explanation_.done.push_back(
-        fmt::format("exposure: {} poses over {} s, in which what is seen goes {:.2f} px; readout {} s", exposure.poses,
-                    shutter.exposure_s, exposure.motion_px, shutter.readout_s));
+  if (options.explain) frame->explanation_.exposure = exposure;
   return frame;
 }
 
 Result<Frame> Renderer::expose(const Scene& scene, const ExactChain& middle, std::span<const ExactChain> instants,
                                const RenderOptions& options) {
-  const auto start = std::chrono::steady_clock::now();
+  Frame frame;
+  StageTimes& times = frame.counters_.times;
+  std::optional<StageTimer> whole(times.whole_ms), preparing(times.preparing_ms);
   if (auto ok = scene.check(); !ok) return fail(ok);
   if (auto ok = check(options); !ok) return fail(ok);
   const WorkTotals before = work_so_far(scene, engine_->cache);
 
-  Frame frame;
   for (const Layer& layer : scene.layers()) {
     FrameLayer out = empty_layer(layer, middle);
     if (options.off_map == OffMap::Reject)
@@ -105,20 +98,23 @@ Result<Frame> Renderer::expose(const Scene& scene, const ExactChain& middle, std
     allocate(layer, out.height, out);
     frame.layers_.push_back(std::move(out));
   }
+  preparing.reset();
   std::set<std::string> damage;
   if (auto ok = expose_rows(scene, middle, instants, options, nullptr, frame, damage); !ok) return fail(ok);
 
   count_work(before, work_so_far(scene, engine_->cache), frame.counters_);
   for (std::size_t i = 0; i < frame.layers_.size(); ++i) {
     FrameLayer& out = frame.layers_[i];
-    const std::int64_t valid = engine_->arena.execute([&] { return finish_layer(scene.layers()[i], options, out); });
+    const std::int64_t valid = timed(times.finishing_ms, [&] {
+      return engine_->arena.execute([&] { return finish_layer(scene.layers()[i], options, out); });
+    });
     out.truth.valid_fraction = static_cast<double>(valid) / static_cast<double>(out.validity.size());
     frame.counters_.cells += out.truth.tiles;
     note_damage(damage, out.truth);
   }
-  if (options.explain) explain_frame(scene, middle.camera(), frame.counters_, frame.explanation_);
-  const double render_ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
-  for (FrameLayer& layer : frame.layers_) layer.truth.render_ms = render_ms;
+  whole.reset();
+  for (FrameLayer& layer : frame.layers_) layer.truth.render_ms = times.whole_ms;
+  if (options.explain) finish_explanation(scene, middle.camera(), frame.counters_, frame.explanation_);
   return frame;
 }
 
@@ -140,10 +136,12 @@ Result<void> Renderer::expose_rows(const Scene& scene, const ExactChain& middle,
     if (k > 0)
       for (const std::size_t i : blended) clear(frame.layers_[i]);
     if (auto ok = sample(scene, instants[k], blended, options, k, band, frame, damage); !ok) return ok;
+    const StageTimer finishing(frame.counters_.times.finishing_ms);
     engine_->arena.execute([&] {
       for (std::size_t m = 0; m < means.size(); ++m) means[m].add(frame.layers_[blended[m]]);
     });
   }
+  const StageTimer finishing(frame.counters_.times.finishing_ms);
   engine_->arena.execute([&] {
     for (std::size_t m = 0; m < means.size(); ++m) means[m].write(frame.layers_[blended[m]]);
   });
@@ -155,9 +153,12 @@ Result<void> Renderer::sample(const Scene& scene, const ExactChain& chain, std::
                               std::set<std::string>& damage) {
   const RowRange rows = band ? band->rows : RowRange{};
   const bool first = instant == 0, explained = first && options.explain && rows.first == 0;
-  const SharedMappings shared = share_mappings(scene, chain, options.geometry_tolerance_px, which, rows);
+  StageTimes& times = frame.counters_.times;
+  const SharedMappings shared =
+      timed(times.mapping_ms, [&] { return share_mappings(scene, chain, options.geometry_tolerance_px, which, rows); });
   for (const PatchMapping& mapping : shared.mappings) frame.counters_.exact_points += mapping.exact_points;
 
+  std::optional<StageTimer> planning(times.planning_ms);
   std::vector<LayerPlan> plans;
   std::vector<tile::CellPtr> held;
   for (std::size_t k = 0; k < which.size(); ++k) {
@@ -173,7 +174,7 @@ Result<void> Renderer::sample(const Scene& scene, const ExactChain& chain, std::
         if (may_be_coarse(layer))
           there = sample_from_memory(layer, static_cast<double>(frame.layers_[which[k]].validity.size()), first,
                                      engine_->cache, engine_->missing, planned->plan);
-        note_coarse(layer, there.fill, explained, truth, frame.explanation_);
+        note_coarse(there.fill, truth);
         if (there.fill.levels > 0) {
           Forecast forecast;
           if (is_predicted(layer, planned->sampling)) forecast.add(planned->plan);
@@ -195,6 +196,7 @@ Result<void> Renderer::sample(const Scene& scene, const ExactChain& chain, std::
       items.push_back({&block, scene.layers()[which[k]].source.get(), out.samples.data(), out.validity.data(),
                        static_cast<std::size_t>(out.width), rows});
   }
+  planning.reset();
 
   const auto take = [&] {
     return engine_->arena.execute([&] { return run_passes(items, engine_->cache, frame.counters_, damage); });
@@ -206,8 +208,8 @@ Result<void> Renderer::sample(const Scene& scene, const ExactChain& chain, std::
   }
   if (!sampled) return sampled;
   for (std::size_t k = 0; explained && k < plans.size(); ++k)
-    explain_layer(scene.layers()[which[k]], shared.of(k), !shared.is_first(k), plans[k], frame.layers_[which[k]],
-                  frame.explanation_);
+    frame.explanation_.layers.push_back(explain_layer(scene.layers()[which[k]], shared.of(k), !shared.is_first(k),
+                                                      plans[k], frame.layers_[which[k]].truth));
   return {};
 }
 

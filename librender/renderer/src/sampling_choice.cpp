@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <limits>
 
 namespace nadir::render {
@@ -24,6 +25,8 @@ Sampling sampling_of(const Layer& layer, const RenderOptions& options) {
   if (options.oversampling) sampling.oversampling = *options.oversampling;
   if (options.level_blend) sampling.level_blend = *options.level_blend;
   if (layer.options.role == tile::Role::Labels) sampling.filter = Filter::Nearest;
+  if (sampling.filter == Filter::Reference)
+    sampling.oversampling = std::max(least_reference_oversampling, options.oversampling.value_or(0));
   return sampling;
 }
 

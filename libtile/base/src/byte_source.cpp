@@ -16,7 +16,7 @@ Result<void> ByteSource::read_many(std::span<const ByteRequest> requests) const 
   return {};
 }
 
-Result<std::shared_ptr<const LocalFile>> LocalFile::open(const std::string& path) {
+Result<std::shared_ptr<const LocalFile>> LocalFile::open(const std::string& path, IfWritten if_written) {
   const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);  // a pipe must not block
   if (descriptor < 0)
     return errno == ENOENT || errno == ENOTDIR
@@ -28,8 +28,15 @@ Result<std::shared_ptr<const LocalFile>> LocalFile::open(const std::string& path
     return fail(Error::Kind::Malformed, fmt::format("{}: expected a file, found {}", path,
                                                     S_ISDIR(status.st_mode) ? "a folder" : "a device or pipe"));
   }
-  return std::shared_ptr<const LocalFile>(new LocalFile(path, descriptor, static_cast<std::uint64_t>(status.st_size)));
+  return std::shared_ptr<const LocalFile>(new LocalFile(path, descriptor, status, if_written));
 }
+
+LocalFile::LocalFile(std::string path, int descriptor, const struct stat& status, IfWritten if_written)
+    : path_(std::move(path)),
+      descriptor_(descriptor),
+      size_(static_cast<std::uint64_t>(status.st_size)),
+      modified_(status.st_mtim),
+      if_written_(if_written) {}
 
 LocalFile::~LocalFile() { ::close(descriptor_); }
 
@@ -46,7 +53,16 @@ Result<void> LocalFile::read(std::uint64_t offset, std::span<std::byte> out) con
     offset += static_cast<std::uint64_t>(got);
     out = out.subspan(static_cast<std::size_t>(got));
   }
-  return {};
+  return if_written_ == IfWritten::Fail ? check_unwritten() : Result<void>{};
+}
+
+/// What was read before is then of the file as it was opened.
+Result<void> LocalFile::check_unwritten() const {
+  struct stat now = {};
+  if (::fstat(descriptor_, &now) == 0 && now.st_mtim.tv_sec == modified_.tv_sec &&
+      now.st_mtim.tv_nsec == modified_.tv_nsec)
+    return {};
+  return fail(Error::Kind::Io, fmt::format("{}: was written to while it was in use: open it again", path_));
 }
 
 }  // namespace nadir

@@ -435,8 +435,16 @@ Result<std::vector<CellPtr>> CellCache::pin(std::span<const CellRequest> request
       load(0);
     else
       engine_->arena.execute([&] { tbb::parallel_for(std::size_t{0}, batch.size(), load); });
-    for (const auto& error : errors)
-      if (error) return tl::unexpected(*error);
+    for (std::size_t m = 0; m < batch.size(); ++m) {
+      // Whole blocks that were on their way, of this call and ahead of the next, may have taken the room: alone, when
+      // they have come, it fits where what is wanted does
+      if (errors[m] && errors[m]->kind == Error::Kind::OverBudget) {
+        wait_for_prefetch();
+        errors[m].reset();
+        load(m);
+      }
+      if (errors[m]) return tl::unexpected(*errors[m]);
+    }
     first = last;
   }
 

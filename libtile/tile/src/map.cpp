@@ -49,7 +49,7 @@ Result<std::unique_ptr<Raster>> open_raster(const std::string& path) {
     if (raster || raster.error().kind != Error::Kind::Unsupported) return raster;
     return open_by_gdal(gdal_name_of(path));
   }
-  if (auto file = LocalFile::open(path))
+  if (auto file = LocalFile::open(path, IfWritten::Fail))
     if (auto raster = open_tiff_raster(std::move(*file), path)) return raster;
   // All others, and those whose fault GDAL knows best how to tell
   return open_by_gdal(path);

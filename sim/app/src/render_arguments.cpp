@@ -121,7 +121,8 @@ void add_render_options(CLI::App& app, RenderArguments& a) {
          "root mean square error against the reference filter, in the frame's values: the cheapest way of sampling "
          "that is expected to keep it is taken (instead of a quality; maps of nadir build)")
       ->group("Rendering");
-  app.add_option("--oversampling", a.oversampling, "samples across a footprint's shorter axis (the quality's)")
+  app.add_option("--oversampling", a.oversampling,
+                 "samples across a footprint's shorter axis (the quality's); of filter reference, a texel (2)")
       ->group("Rendering");
   app.add_option("--level-blend", a.level_blend,
                  "part of a level, 0 to 1, over which two levels are blended around where they switch (the quality's)")
@@ -163,7 +164,8 @@ void add_render_options(CLI::App& app, RenderArguments& a) {
                "ground sample distance of every pixel")
       ->excludes(no_output)
       ->group("Output");
-  app.add_flag("--explain", a.explain, "say how the first frame is made, what is left out, and why")->group("Output");
+  app.add_flag("--explain", a.explain, "say how the first frame is made, what is left out, why, and what took how long")
+      ->group("Output");
   app.add_flag("--json", a.json, "summary (and explanation) for programs")->group("Output");
   app.footer(
       "examples:\n"

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "explanation_json.h"
 #include "nadir/base/files.h"
 #include "nadir/base/progress.h"
 #include "nadir/base/text.h"
@@ -24,14 +25,20 @@ struct Summary {
   std::size_t damaged = 0;  // frames that saw damaged tiles
   std::set<std::string> damage;
   double seconds = 0;
-  std::vector<double> frame_ms;
-  render::Explanation explanation;
+  std::vector<render::StageTimes> times;           // of each frame
+  std::optional<render::Explanation> explanation;  // of the first frame
 
-  double median_ms() const {
-    if (frame_ms.empty()) return 0;
-    std::vector<double> sorted = frame_ms;
-    std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2), sorted.end());
-    return sorted[sorted.size() / 2];
+  /// Each stage's own median.
+  render::StageTimes median() const {
+    render::StageTimes median;
+    if (times.empty()) return median;
+    for (const auto stage : render::stages) {
+      std::vector<double> ms;
+      for (const render::StageTimes& one : times) ms.push_back(one.*stage.ms);
+      std::nth_element(ms.begin(), ms.begin() + static_cast<std::ptrdiff_t>(ms.size() / 2), ms.end());
+      median.*stage.ms = ms[ms.size() / 2];
+    }
+    return median;
   }
 };
 
@@ -45,19 +52,19 @@ void print_json(const Summary& summary, const render::Renderer& renderer, const 
       {"coarse", summary.coarse},
       {"in_bands", summary.in_bands},
       {"seconds", summary.seconds},
-      {"median_frame_ms", summary.median_ms()},
+      {"median_frame_ms", summary.median().whole_ms},
+      {"median_times", to_json(summary.median())},
       {"cells_loaded", cache.loads},
       {"cells_evicted", cache.evictions},
       {"cache_peak_bytes", cache.peak_bytes},
       {"folder", folder.empty() ? nlohmann::ordered_json(nullptr) : nlohmann::ordered_json(folder)}};
-  if (!summary.explanation.done.empty())
-    json["explain"] = {{"done", summary.explanation.done}, {"left_out", summary.explanation.left_out}};
+  if (summary.explanation) json["explain"] = to_json(*summary.explanation);
   fmt::print("{}\n", json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
 }
 
 void print_text(const Summary& summary, const std::string& folder, bool pictures) {
   fmt::print("{} frames in {:.1f} s, {:.1f} ms each in the renderer (median)", summary.frames, summary.seconds,
-             summary.median_ms());
+             summary.median().whole_ms);
   if (summary.rejected > 0) fmt::print(", {} rejected: they look beyond the map", summary.rejected);
   if (summary.in_bands > 0) fmt::print(", in bands of rows");
   if (summary.coarse > 0) fmt::print(", {} of them partly from coarser levels than planned", summary.coarse);
@@ -68,10 +75,11 @@ void print_text(const Summary& summary, const std::string& folder, bool pictures
 }
 
 void print_explanation(const render::Explanation& explanation) {
-  fmt::print("the first frame\n");
-  for (const std::string& line : explanation.done) fmt::print("  {}\n", line);
+  const render::ExplanationText text = render::to_text(explanation);
+  fmt::print("the first frame, {}\n", render::to_text(explanation.counters.times));
+  for (const std::string& line : text.done) fmt::print("  {}\n", line);
   fmt::print("left out\n");
-  for (const std::string& line : explanation.left_out) fmt::print("  {}\n", line);
+  for (const std::string& line : text.left_out) fmt::print("  {}\n", line);
 }
 
 /// Where the first camera and the first map are, for somebody whose frames show nothing.
@@ -140,7 +148,7 @@ Result<void> render_frames(const RenderArguments& arguments, const render::Rende
     if (rows == 0 && i + 1 < poses.size())
       coming = renderer.prefetch(scene, camera, poses[i + 1].ecef_from_camera, options);
     render::RenderOptions frame_options = options;
-    frame_options.explain = arguments.explain && summary.explanation.done.empty();
+    frame_options.explain = arguments.explain && !summary.explanation;
     const double time_s = static_cast<double>(pose.time_ns) * 1e-9;
     auto frame = rows > 0
                      ? render_in_bands(arguments, frame_options, scene, camera, pose, motion, rows, renderer, dataset)
@@ -169,7 +177,7 @@ Result<void> render_frames(const RenderArguments& arguments, const render::Rende
     }
     summary.damaged += damaged;
     summary.coarse += coarse;
-    summary.frame_ms.push_back(frame->truth().render_ms);
+    summary.times.push_back(frame->counters().times);
     if (frame_options.explain) summary.explanation = frame->explanation();
     if (!arguments.no_pictures && dataset) overview.add(frame->truth(), pose.time_ns);
     if (!dataset || rows > 0) continue;
@@ -249,7 +257,9 @@ Result<void> run(const RenderArguments& arguments) {
   if (arguments.json) {
     print_json(summary, renderer, arguments.folder);
   } else {
-    if (arguments.explain) print_explanation(summary.explanation);
+    if (summary.explanation) print_explanation(*summary.explanation);
+    if (summary.times.size() > 1 && arguments.explain)
+      fmt::print("all frames, in the median, {}\n", render::to_text(summary.median()));
     print_text(summary, arguments.folder, pictures);
   }
   if (summary.frames == 0)

@@ -158,8 +158,9 @@ Result<RunSummary> Run::execute(render::Renderer& renderer, std::span<Sink* cons
                           fmt::format("sensor {} at {} ns: {}", sensor.name, time_ns, rendered.error().message));
             if (rendered) {
               if (first) {
-                for (const auto& line : rendered->explanation().done) summary.plan_done.push_back(line);
-                for (const auto& line : rendered->explanation().left_out) summary.plan_left_out.push_back(line);
+                const render::ExplanationText text = render::to_text(rendered->explanation());
+                summary.plan_done.insert(summary.plan_done.end(), text.done.begin(), text.done.end());
+                summary.plan_left_out.insert(summary.plan_left_out.end(), text.left_out.begin(), text.left_out.end());
               }
               first = false;
               ++summary.frames;

@@ -12,7 +12,8 @@ enum class Filter {
   Bilinear,   // one bilinear sample on the level nearest to the footprint's size
   Bicubic,    // one cubic sample on the finer of the two levels around the footprint's size: for 1:1 and closer
   Mip,        // bilinear samples along the footprint, each blended between the two levels around its size
-  Reference,  // bilinear samples of level 0, at least two a texel: the definition of the right picture; slow
+  Reference,  // bilinear samples of level 0, 8 or more a side, 2 or more a texel: the definition of the right picture;
+              // slow
 };
 std::string_view to_string(Filter filter);
 Result<Filter> parse_filter(std::string_view text);
@@ -26,10 +27,15 @@ enum class Quality {
 std::string_view to_string(Quality quality);
 Result<Quality> parse_quality(std::string_view text);
 
+/// Reference takes at least so many samples a texel along each side of a pixel, and of a pixel that spans fewer texels
+/// than this as many as if it spanned them. It is then within 0.03 grey levels of 255 of the mean that it stands for,
+/// a third of what any other filter errs by, and four times nearer with twice the samples.
+inline constexpr double least_reference_oversampling = 2, least_reference_texels = 4;
+
 /// What a quality means for a layer; a filter may be forced.
 struct Sampling {
   Filter filter = Filter::Mip;
-  double oversampling = 1;     // samples across the footprint's shorter axis
+  double oversampling = 1;     // samples across the footprint's shorter axis; of Reference: a texel
   double level_blend = 1;      // of Mip: LevelBlend::band
   bool cubic_details = false;  // of Mip: one cubic sample in blocks whose pixels span at most `most_detail_texels`
 };

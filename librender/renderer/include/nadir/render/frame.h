@@ -7,6 +7,8 @@
 #include <string_view>
 #include <vector>
 
+#include "nadir/render/explanation.h"
+#include "nadir/render/frame_counters.h"
 #include "nadir/render/truth.h"
 #include "nadir/tile/sample_type.h"
 
@@ -20,21 +22,6 @@ struct FrameLayer {
   std::vector<std::byte> samples;      // height * width * bands, bands interleaved
   std::vector<std::uint8_t> validity;  // height * width, 1 valid, 0 not
   Truth truth;
-};
-
-/// What making a frame took.
-struct FrameCounters {
-  std::int64_t exact_points = 0;       // evaluations of the exact chain
-  std::int64_t projection_points = 0;  // of them, through the projection library, and for truth and culling
-  std::int64_t cells = 0, cells_loaded = 0;
-  std::int64_t windows_read = 0, samples_read = 0;  // from maps
-  std::int64_t samples = 0;                         // bilinear or nearest samples taken
-  std::int64_t passes = 0;
-};
-
-/// What was done for a frame, what was left out, and why: text for people.
-struct Explanation {
-  std::vector<std::string> done, left_out;
 };
 
 class Frame {
@@ -58,6 +45,7 @@ class Frame {
   }
   const Truth& truth(std::string_view name = {}) const { return layer(name).truth; }
   const FrameCounters& counters() const { return counters_; }
+  /// Empty but where RenderOptions::explain asked for it.
   const Explanation& explanation() const { return explanation_; }
 
  private:

@@ -1,7 +1,10 @@
 #pragma once
 
+#include <sys/stat.h>
+
 #include <cstddef>
 #include <cstdint>
+#include <ctime>
 #include <memory>
 #include <span>
 #include <string>
@@ -35,11 +38,16 @@ class ByteSource {
   virtual Result<void> read_many(std::span<const ByteRequest> requests) const;
 };
 
-/// A file on disk.
+/// What reads of a file do once somebody has written to it, by its time of modification, which the system may advance
+/// by steps of milliseconds.
+enum class IfWritten { ReadOn, Fail };
+
+/// A file on disk. Deleted, or replaced by another of its name, it is read on.
 class LocalFile : public ByteSource {
  public:
   /// NotFound where there is none, Malformed where it is no file.
-  static Result<std::shared_ptr<const LocalFile>> open(const std::string& path);
+  static Result<std::shared_ptr<const LocalFile>> open(const std::string& path,
+                                                       IfWritten if_written = IfWritten::ReadOn);
   ~LocalFile() override;
   LocalFile(const LocalFile&) = delete;
   LocalFile& operator=(const LocalFile&) = delete;
@@ -49,11 +57,13 @@ class LocalFile : public ByteSource {
   Result<void> read(std::uint64_t offset, std::span<std::byte> out) const override;
 
  private:
-  LocalFile(std::string path, int descriptor, std::uint64_t size)
-      : path_(std::move(path)), descriptor_(descriptor), size_(size) {}
+  LocalFile(std::string path, int descriptor, const struct stat& status, IfWritten if_written);
+  Result<void> check_unwritten() const;
   const std::string path_;
   const int descriptor_;
   const std::uint64_t size_;
+  const std::timespec modified_;
+  const IfWritten if_written_;
 };
 
 }  // namespace nadir
