@@ -77,6 +77,7 @@ void note_plan(const LayerPlan& plan, const PatchMapping& mapping, const Samplin
   truth.quality = options.quality;
   truth.filter = sampling.filter;
   truth.oversampling = sampling.oversampling;
+  truth.adaptive = options.adaptive;
   truth.finest_level = first ? plan.finest_level : std::min(truth.finest_level, plan.finest_level);
   truth.coarsest_level = std::max(truth.coarsest_level, plan.coarsest_level);
   truth.undersampled = truth.undersampled || plan.undersampled;

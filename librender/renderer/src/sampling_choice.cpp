@@ -4,6 +4,8 @@
 
 #include <limits>
 
+#include "nadir/render/quality_ladder.h"
+
 namespace nadir::render {
 namespace {
 
@@ -27,15 +29,6 @@ Sampling sampling_of(const Layer& layer, const RenderOptions& options) {
   return sampling;
 }
 
-std::vector<Sampling> ways_of_sampling() {
-  std::vector<Sampling> ways = {sampling_for(Quality::draft)};
-  for (const double oversampling : {1.6, 2.1, 3.1, 4.1, 6.1, 8.1}) {
-    ways.push_back(sampling_for(Quality::balanced));
-    ways.back().oversampling = oversampling;
-  }
-  return ways;
-}
-
 Result<SampledPlan> plan_sampling(const Layer& layer, const PatchMapping& mapping, const RenderOptions& options,
                                   ErrorModel& model) {
   const auto planned = [&](const Sampling& sampling) {
@@ -47,8 +40,8 @@ Result<SampledPlan> plan_sampling(const Layer& layer, const PatchMapping& mappin
   };
   if (!options.max_error || layer.options.role == tile::Role::Labels) return planned(sampling_of(layer, options));
   SampledPlan chosen;
-  for (const Sampling& way : ways_of_sampling()) {
-    chosen = planned(way);
+  for (const Rung& rung : quality_ladder()) {
+    chosen = planned(sampling_of(layer, with_rung({}, rung)));
     if (chosen.plan.blocks.empty()) break;  // sees none of the map
     if (!chosen.expected_rmse)
       return fail(Error::Kind::Unsupported,

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <optional>
-#include <vector>
 
 #include "forecast.h"
 #include "nadir/render/layer_plan.h"
@@ -12,9 +11,6 @@ namespace nadir::render {
 
 /// What the options ask for, but for `max_error`.
 Sampling sampling_of(const Layer& layer, const RenderOptions& options);
-
-/// From the cheapest to the finest. Without cubic samples, which are nearer to the ground than to the reference.
-std::vector<Sampling> ways_of_sampling();
 
 struct SampledPlan {
   Sampling sampling;

@@ -37,6 +37,7 @@ struct RenderOptions {
   double fill_value = 0;      // with OffMap::Fill
   double motion_step_px = 2;  // of motion in the image, at most, between the poses that stand for an exposure; over 0
   bool explain = false;       // fill in Frame::explanation
+  bool adaptive = false;      // noted in Truth: the way of sampling hangs on how long earlier frames took
 };
 
 struct RendererOptions {

@@ -61,6 +61,7 @@ struct Truth {
   Quality quality = Quality::balanced;
   Filter filter = Filter::Mip;
   double oversampling = 1;  // of Mip: see Sampling
+  bool adaptive = false;    // chosen from how long earlier frames took: see AdaptiveQuality
   int finest_level = 0, coarsest_level = 0;
   std::int64_t tiles = 0;        // cells sampled from
   bool undersampled = false;     // the map has too few levels for this view
