@@ -11,8 +11,11 @@
 #include "nadir/base/text.h"
 #include "nadir/record/dataset.h"
 #include "nadir/record/overview.h"
+#include "nadir/record/time_budget_record.h"
+#include "nadir/render/adaptive_quality.h"
 #include "nadir/sim/pose_file.h"
 #include "render_arguments.h"
+#include "tell_time_budget.h"
 
 namespace nadir::app {
 namespace {
@@ -24,12 +27,18 @@ struct Summary {
   double seconds = 0;
   std::vector<double> frame_ms;
   render::Explanation explanation;
+  std::string time_budget;  // its record, where there is one
+  double budget_ms = 0;
 
   double median_ms() const {
     if (frame_ms.empty()) return 0;
     std::vector<double> sorted = frame_ms;
     std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2), sorted.end());
     return sorted[sorted.size() / 2];
+  }
+  /// Frames over the time budget.
+  std::ptrdiff_t late() const {
+    return std::count_if(frame_ms.begin(), frame_ms.end(), [&](double ms) { return ms > budget_ms; });
   }
 };
 
@@ -46,6 +55,10 @@ void print_json(const Summary& summary, const render::Renderer& renderer, const 
       {"cells_evicted", cache.evictions},
       {"cache_peak_bytes", cache.peak_bytes},
       {"folder", folder.empty() ? nlohmann::ordered_json(nullptr) : nlohmann::ordered_json(folder)}};
+  if (!summary.time_budget.empty()) {
+    json["time_budget"] = nlohmann::ordered_json::parse(summary.time_budget);
+    json["late"] = summary.late();
+  }
   if (!summary.explanation.done.empty())
     json["explain"] = {{"done", summary.explanation.done}, {"left_out", summary.explanation.left_out}};
   fmt::print("{}\n", json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
@@ -54,6 +67,7 @@ void print_json(const Summary& summary, const render::Renderer& renderer, const 
 void print_text(const Summary& summary, const std::string& folder, bool pictures) {
   fmt::print("{} frames in {:.1f} s, {:.1f} ms each in the renderer (median)", summary.frames, summary.seconds,
              summary.median_ms());
+  if (!summary.time_budget.empty()) fmt::print(", {} over the time budget", summary.late());
   if (summary.rejected > 0) fmt::print(", {} rejected: they look beyond the map", summary.rejected);
   if (!folder.empty())
     fmt::print("\n{0}/frames.jsonl holds the truth{1}", folder,
@@ -67,6 +81,8 @@ void print_explanation(const render::Explanation& explanation) {
   fmt::print("left out\n");
   for (const std::string& line : explanation.left_out) fmt::print("  {}\n", line);
 }
+
+double time_s(const sim::TimedPose& pose) { return static_cast<double>(pose.time_ns) * 1e-9; }
 
 /// Where the first camera and the first map are, for somebody whose frames show nothing.
 std::string whereabouts(const render::Scene& scene, const sim::TimedPose& pose) {
@@ -92,31 +108,58 @@ Result<std::optional<render::CameraMotion>> motion_of(const std::vector<sim::Tim
     return fail(Error::Kind::Malformed,
                 "--exposure and --readout need a camera that moves: give at least two poses with times");
   std::vector<render::Moment> moments;
-  for (const sim::TimedPose& pose : poses)
-    moments.push_back({static_cast<double>(pose.time_ns) * 1e-9, pose.ecef_from_camera});
+  for (const sim::TimedPose& pose : poses) moments.push_back({time_s(pose), pose.ecef_from_camera});
   auto motion = render::CameraMotion::through(std::move(moments));
   if (!motion) return fail(motion);
   return std::optional(std::move(*motion));
+}
+
+/// Each layer is a sensor of its name.
+std::vector<std::string> sensors_of(const render::Scene& scene) {
+  std::vector<std::string> sensors;
+  for (const render::Layer& layer : scene.layers()) sensors.push_back(layer.name);
+  return sensors;
+}
+
+/// One frame, of the motion where there is one.
+Result<render::Frame> render_frame(render::Renderer& renderer, const render::Scene& scene, const render::Camera& camera,
+                                   const sim::TimedPose& pose, const std::optional<render::CameraMotion>& motion,
+                                   const render::Shutter& shutter, const render::RenderOptions& options) {
+  if (motion) return renderer.render(scene, camera, motion->from(time_s(pose)), shutter, options);
+  return renderer.render(scene, camera, pose.ecef_from_camera, options);
+}
+
+/// With frames of a few of the poses.
+Result<render::FittedQuality> fit_time_budget(const RenderArguments& arguments, const render::RenderOptions& options,
+                                              const render::Scene& scene, const render::Camera& camera,
+                                              const std::vector<sim::TimedPose>& poses,
+                                              const std::optional<render::CameraMotion>& motion,
+                                              render::Renderer& renderer) {
+  const auto probes = render::choose_probes(poses.size());
+  return render::fit_time_budget(
+      probes.size(),
+      [&](std::size_t probe, const render::RenderOptions& way) {
+        return render::probed(
+            render_frame(renderer, scene, camera, poses[probes[probe]], motion, arguments.shutter, way));
+      },
+      options, *arguments.time_budget_ms);
 }
 
 /// Renders all poses, into `dataset` where there is one.
 Result<void> render_frames(const RenderArguments& arguments, const render::RenderOptions& options,
                            const render::Scene& scene, const render::Camera& camera,
                            const std::vector<sim::TimedPose>& poses, const std::optional<render::CameraMotion>& motion,
-                           render::Renderer& renderer, record::Dataset* dataset, record::Overview& overview,
-                           Summary& summary) {
-  std::vector<std::string> sensors;
-  for (const render::Layer& layer : scene.layers()) sensors.push_back(layer.name);
+                           render::Renderer& renderer, std::optional<render::AdaptiveQuality> adaptive,
+                           record::Dataset* dataset, record::Overview& overview, Summary& summary) {
+  const std::vector<std::string> sensors = sensors_of(scene);
   Progress progress("rendering", "frames", static_cast<std::int64_t>(poses.size()), !arguments.json);
   tile::CellCache::Ticket coming;
   for (std::size_t i = 0; i < poses.size(); ++i) {
     const sim::TimedPose& pose = poses[i];
-    if (i + 1 < poses.size()) coming = renderer.prefetch(scene, camera, poses[i + 1].ecef_from_camera, options);
-    render::RenderOptions frame_options = options;
+    render::RenderOptions frame_options = adaptive ? adaptive->options(options) : options;
+    if (i + 1 < poses.size()) coming = renderer.prefetch(scene, camera, poses[i + 1].ecef_from_camera, frame_options);
     frame_options.explain = arguments.explain && summary.explanation.done.empty();
-    const double time_s = static_cast<double>(pose.time_ns) * 1e-9;
-    auto frame = motion ? renderer.render(scene, camera, motion->from(time_s), arguments.shutter, frame_options)
-                        : renderer.render(scene, camera, pose.ecef_from_camera, frame_options);
+    auto frame = render_frame(renderer, scene, camera, pose, motion, arguments.shutter, frame_options);
     progress.advance();
     if (!frame && frame.error().kind == Error::Kind::OutsideMap) {
       ++summary.rejected;
@@ -138,13 +181,14 @@ Result<void> render_frames(const RenderArguments& arguments, const render::Rende
     }
     summary.damaged += damaged;
     summary.frame_ms.push_back(frame->truth().render_ms);
+    if (adaptive) adaptive->note(frame->truth().render_ms);
     if (frame_options.explain) summary.explanation = frame->explanation();
     if (!arguments.no_pictures && dataset) overview.add(frame->truth(), pose.time_ns);
     if (!dataset) continue;
     std::optional<render::TruthPlanes> planes;
     if (arguments.truth_planes)
       planes = render::truth_planes(
-          motion ? render::ExactChain(camera, motion->from(time_s), arguments.shutter, scene.surface())
+          motion ? render::ExactChain(camera, motion->from(time_s(pose)), arguments.shutter, scene.surface())
                  : render::ExactChain(camera, pose.ecef_from_camera, scene.surface()),
           arguments.threads);
     if (auto ok = dataset->add(std::move(*frame), pose.time_ns, arguments.vehicle,
@@ -171,7 +215,9 @@ Result<void> write_pictures(const record::Overview& overview, render::Renderer& 
 Result<void> run(const RenderArguments& arguments) {
   if (arguments.folder.empty() && !arguments.no_output)
     return fail(Error::Kind::Malformed, "no output folder: give -o FOLDER, or --no-output to render and measure only");
-  const auto options = make_render_options(arguments);
+  if (arguments.time_budget_ms)
+    if (auto ok = render::check_time_budget(*arguments.time_budget_ms); !ok) return ok;
+  auto options = make_render_options(arguments);
   if (!options) return fail(options);
   const auto renderer_options = make_renderer_options(arguments);
   if (!renderer_options) return fail(renderer_options);
@@ -200,8 +246,21 @@ Result<void> run(const RenderArguments& arguments) {
   render::Renderer renderer(*renderer_options);
   record::Overview overview(*scene, *camera, poses->size());
   Summary summary;
+  std::optional<render::AdaptiveQuality> adaptive;
+  if (arguments.time_budget_ms) {
+    const auto fitted = fit_time_budget(arguments, *options, *scene, *camera, *poses, *motion, renderer);
+    if (!fitted) return fail(fitted);
+    summary.time_budget =
+        record::time_budget_record(arguments.vehicle, sensors_of(*scene), arguments.adaptive, *fitted);
+    summary.budget_ms = fitted->budget_ms;
+    if (dataset)
+      if (auto ok = dataset->write_time_budgets({summary.time_budget}); !ok) return ok;
+    tell_time_budget("nadir render", *fitted, arguments.adaptive, arguments.json);
+    *options = fitted->options;
+    if (arguments.adaptive) adaptive.emplace(*fitted);
+  }
   const auto start = std::chrono::steady_clock::now();
-  auto rendered = render_frames(arguments, *options, *scene, *camera, *poses, *motion, renderer,
+  auto rendered = render_frames(arguments, *options, *scene, *camera, *poses, *motion, renderer, adaptive,
                                 dataset ? &*dataset : nullptr, overview, summary);
   // Where rendering failed too: the frames before are whole, and are listed
   if (dataset)

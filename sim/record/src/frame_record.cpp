@@ -95,8 +95,9 @@ Json footprint(const render::Truth& t) {
 Json settings(const render::Truth& t) {
   Json levels = Json::array();
   for (int k = t.finest_level; k <= t.coarsest_level && t.tiles > 0; ++k) levels.push_back(k);
-  return {{"quality", render::to_string(t.quality)}, {"levels", levels}, {"filter", render::to_string(t.filter)},
-          {"oversampling", t.oversampling},          {"tiles", t.tiles}, {"undersampled", t.undersampled}};
+  return {{"quality", render::to_string(t.quality)}, {"levels", levels},       {"filter", render::to_string(t.filter)},
+          {"oversampling", t.oversampling},          {"adaptive", t.adaptive}, {"tiles", t.tiles},
+          {"undersampled", t.undersampled}};
 }
 
 Json head(const FrameFile& file) {
