@@ -52,13 +52,16 @@ std::string to_string(const FittedQuality& fitted) {
   return text + "; there is none finer";
 }
 
-Result<ProbedFrame> probed(const Result<Frame>& frame) {
+Result<ProbedFrame> probed(Result<Frame> frame, const TriedFrames& then) {
   if (!frame && frame.error().kind == Error::Kind::OutsideMap) return ProbedFrame{};
   if (!frame) return fail(frame);
   const auto& layers = frame->layers();
-  return ProbedFrame{frame->truth().render_ms, std::any_of(layers.begin(), layers.end(), [](const FrameLayer& layer) {
-                       return layer.truth.valid_fraction > 0;
-                     })};
+  const bool sees_map =
+      std::any_of(layers.begin(), layers.end(), [](const FrameLayer& layer) { return layer.truth.valid_fraction > 0; });
+  const ProbedFrame result{frame->truth().render_ms, sees_map};
+  if (then)
+    if (auto ok = then(std::move(*frame)); !ok) return fail(ok);
+  return result;
 }
 
 Result<void> check_time_budget(double budget_ms) {

@@ -12,6 +12,7 @@
 #include "nadir/base/text.h"
 #include "nadir/record/flight_report.h"
 #include "nadir/record/run_sinks.h"
+#include "nadir/record/scratch_dataset.h"
 #include "nadir/record/time_budget_record.h"
 #include "nadir/sim/run.h"
 #include "tell_time_budget.h"
@@ -91,15 +92,20 @@ void print_summary(const FlyArguments& arguments, const sim::Run& run, const sim
   if (run.file().record_report || arguments.dry_run) fmt::print("look at {}/report.html\n", arguments.folder);
 }
 
-/// Resolved, told, and one record each.
-Result<std::vector<std::string>> fit_time_budgets(sim::Run& run, render::Renderer& renderer, bool quiet) {
-  if (auto ok = run.fit_time_budgets(renderer); !ok) return fail(ok);
+/// Resolved, told, and one record each. Frames that are tried are written as all will be, if that goes on beside
+/// frames: where a pace leaves the machine idle between them, it does not.
+Result<std::vector<std::string>> fit_time_budgets(const FlyArguments& arguments, sim::Run& run,
+                                                  render::Renderer& renderer) {
+  record::ScratchDataset scratch(arguments.folder);
+  const auto write = [&](render::Frame frame) { return scratch.add(std::move(frame)); };
+  if (auto ok = run.fit_time_budgets(renderer, arguments.pace > 0 ? render::TriedFrames() : write); !ok)
+    return fail(ok);
   std::vector<std::string> records;
   for (const sim::PreparedSensor& sensor : run.sensors()) {
     if (!sensor.fitted) continue;
     records.push_back(record::time_budget_record(sensor.vehicle, {sensor.name}, sensor.setup.adaptive, *sensor.fitted));
     tell_time_budget(fmt::format("nadir fly: {}/{}", sensor.vehicle, sensor.name), *sensor.fitted,
-                     sensor.setup.adaptive, quiet);
+                     sensor.setup.adaptive, arguments.json);
   }
   return records;
 }
@@ -113,15 +119,9 @@ Result<void> run(const FlyArguments& arguments) {
   if (!run) return fail(run);
   const bool frames = !arguments.dry_run && file->record_frames;
 
-  if (auto ok = refuse_to_overwrite(arguments.folder, arguments.force); !ok) return ok;  // before minutes of work
+  if (auto ok = record::clear_dataset(arguments.folder, arguments.force); !ok) return ok;
   render::Renderer renderer({.cache_bytes = *cache_bytes, .threads = arguments.threads});
   std::vector<std::string> budgets;
-  if (frames) {
-    auto fitted = fit_time_budgets(*run, renderer, arguments.json);
-    if (!fitted) return fail(fitted);
-    budgets = std::move(*fitted);
-  }
-  if (auto ok = record::clear_dataset(arguments.folder, arguments.force); !ok) return ok;
   std::optional<record::Dataset> dataset;
   std::optional<record::FrameSink> frame_sink;
   if (frames) {
@@ -131,6 +131,9 @@ Result<void> run(const FlyArguments& arguments) {
     frame_sink.emplace(*run, *dataset, arguments.threads);
     for (const sim::PreparedSensor& sensor : run->sensors())
       if (auto ok = dataset->add_camera(sensor.vehicle, sensor.camera); !ok) return ok;
+    auto fitted = fit_time_budgets(arguments, *run, renderer);
+    if (!fitted) return fail(fitted);
+    budgets = std::move(*fitted);
     if (!budgets.empty())
       if (auto ok = dataset->write_time_budgets(budgets); !ok) return ok;
   }

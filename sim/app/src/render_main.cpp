@@ -11,6 +11,7 @@
 #include "nadir/base/text.h"
 #include "nadir/record/dataset.h"
 #include "nadir/record/overview.h"
+#include "nadir/record/scratch_dataset.h"
 #include "nadir/record/time_budget_record.h"
 #include "nadir/render/adaptive_quality.h"
 #include "nadir/sim/pose_file.h"
@@ -129,18 +130,21 @@ Result<render::Frame> render_frame(render::Renderer& renderer, const render::Sce
   return renderer.render(scene, camera, pose.ecef_from_camera, options);
 }
 
-/// With frames of a few of the poses.
+/// With frames of a few of the poses, which are written as all will be.
 Result<render::FittedQuality> fit_time_budget(const RenderArguments& arguments, const render::RenderOptions& options,
                                               const render::Scene& scene, const render::Camera& camera,
                                               const std::vector<sim::TimedPose>& poses,
                                               const std::optional<render::CameraMotion>& motion,
                                               render::Renderer& renderer) {
+  record::ScratchDataset scratch(arguments.folder);
+  const auto write = [&](render::Frame frame) { return scratch.add(std::move(frame)); };
+  const render::TriedFrames then = arguments.no_output ? render::TriedFrames() : write;
   const auto probes = render::choose_probes(poses.size());
   return render::fit_time_budget(
       probes.size(),
       [&](std::size_t probe, const render::RenderOptions& way) {
         return render::probed(
-            render_frame(renderer, scene, camera, poses[probes[probe]], motion, arguments.shutter, way));
+            render_frame(renderer, scene, camera, poses[probes[probe]], motion, arguments.shutter, way), then);
       },
       options, *arguments.time_budget_ms);
 }

@@ -20,7 +20,7 @@ void resolve(const render::FittedQuality& fitted, SensorSetup& setup) {
 
 }  // namespace
 
-Result<void> Run::fit_time_budgets(render::Renderer& renderer) {
+Result<void> Run::fit_time_budgets(render::Renderer& renderer, const render::TriedFrames& then) {
   if (std::none_of(sensors_.begin(), sensors_.end(), is_open)) return {};
 
   // Where cameras will be, from a run of its own: flying changes a run's vehicles
@@ -40,7 +40,7 @@ Result<void> Run::fit_time_budgets(render::Renderer& renderer) {
     auto fitted = render::fit_time_budget(
         probes.size(),
         [&](std::size_t probe, const render::RenderOptions& options) {
-          return render::probed(render_frame(renderer, exposures[probes[probe]].state, sensor, options));
+          return render::probed(render_frame(renderer, exposures[probes[probe]].state, sensor, options), then);
         },
         render_options(sensor), *sensor.setup.time_budget_ms);
     if (!fitted) return fail(fitted.error().kind, fmt::format("sensor {}: {}", sensor.name, fitted.error().message));

@@ -35,8 +35,10 @@ struct ProbedFrame {
   double ms = 0;
   bool sees_map = false;
 };
-/// A frame rejected because it looks beyond the map sees none.
-Result<ProbedFrame> probed(const Result<Frame>& frame);
+/// Takes frames that were tried, as they will be taken once it counts: what it does in the background slows the next.
+using TriedFrames = std::function<Result<void>(Frame frame)>;
+/// A frame rejected because it looks beyond the map sees none. `then` may be empty.
+Result<ProbedFrame> probed(Result<Frame> frame, const TriedFrames& then = {});
 using RenderProbe = std::function<Result<ProbedFrame>(std::size_t probe, const RenderOptions& options)>;
 
 /// The finest way of sampling of which each probe's median time, warm, is within the budget; each next finer one is

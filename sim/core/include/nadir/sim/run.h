@@ -56,8 +56,8 @@ class Run {
 
   /// Resolves the time budgets of sensors, by rendering a few frames spread over the flight: those of sensors that are
   /// not adaptive become settings, of file() too, which then makes the same bytes however long frames take. What is
-  /// resolved stays.
-  Result<void> fit_time_budgets(render::Renderer& renderer);
+  /// resolved stays. `then` takes the frames tried.
+  Result<void> fit_time_budgets(render::Renderer& renderer, const render::TriedFrames& then = {});
 
   /// Flies it once, with time budgets resolved before the first frame. `render_frames`: else only states are told.
   /// `pace`: as Scheduler::run has it.
