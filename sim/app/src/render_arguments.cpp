@@ -130,7 +130,8 @@ void add_render_options(CLI::App& app, RenderArguments& a) {
   CLI::Option* time_budget =
       app.add_option("--time-budget", a.time_budget_ms,
                      "milliseconds a frame: before the first one a few are tried, and the finest way of sampling whose "
-                     "slowest one keeps the budget is taken for all (instead of a quality, a filter or a max error)")
+                     "slowest one keeps the budget is taken for all, and recorded (instead of --quality, --filter, "
+                     "--oversampling or --max-error)")
           ->excludes(quality)
           ->excludes(filter)
           ->excludes(max_error)
