@@ -95,6 +95,11 @@ std::string whereabouts(const render::Scene& scene, const sim::TimedPose& pose) 
       geodesy::to_degrees(map.center().lat_rad), geodesy::to_degrees(map.center().lon_rad));
 }
 
+/// The message, with the option that helps.
+std::string advice(const Error& error) {
+  return error.message + (error.kind == Error::Kind::OverBudget ? " with --cache" : "");
+}
+
 bool is_blank(const render::Frame& frame) {
   return std::all_of(frame.layers().begin(), frame.layers().end(),
                      [](const render::FrameLayer& layer) { return layer.truth.valid_fraction == 0; });
@@ -172,10 +177,7 @@ Result<void> render_frames(const RenderArguments& arguments, const render::Rende
         return ok;
       continue;
     }
-    if (!frame)
-      return fail(frame.error().kind,
-                  fmt::format("frame at {} ns: {}{}", pose.time_ns, frame.error().message,
-                              frame.error().kind == Error::Kind::OverBudget ? " with --cache" : ""));
+    if (!frame) return fail(frame.error().kind, fmt::format("frame at {} ns: {}", pose.time_ns, advice(frame.error())));
     ++summary.frames;
     if (is_blank(*frame)) ++summary.blank;
     bool damaged = false;
@@ -253,7 +255,7 @@ Result<void> run(const RenderArguments& arguments) {
   std::optional<render::AdaptiveQuality> adaptive;
   if (arguments.time_budget_ms) {
     const auto fitted = fit_time_budget(arguments, *options, *scene, *camera, *poses, *motion, renderer);
-    if (!fitted) return fail(fitted);
+    if (!fitted) return fail(fitted.error().kind, advice(fitted.error()));
     summary.time_budget =
         record::time_budget_record(arguments.vehicle, sensors_of(*scene), arguments.adaptive, *fitted);
     summary.budget_ms = fitted->budget_ms;
