@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "nadir/record/image_files.h"
+#include "nadir/record/scratch_dataset.h"
 #include "support/scene.h"
 #include "support/small_disk.h"
 #include "support/temporary_folder.h"
@@ -228,6 +229,21 @@ TEST_F(DatasetTest, FloatsBecomeTiffWithNanWhereNothingIsSeen) {
   const auto* samples = reinterpret_cast<const float*>(image.samples.data());
   EXPECT_TRUE(std::isnan(samples[0]));
   EXPECT_TRUE(std::isfinite(samples[3 * (50 * 100 + 50)]));
+}
+
+TEST_F(DatasetTest, FramesThatWereTriedAreWrittenAndLeaveNothing) {
+  std::filesystem::create_directories(out());
+  {
+    ScratchDataset scratch(out());
+    EXPECT_TRUE(std::filesystem::is_empty(out())) << "nothing where nothing is tried";
+    for (int i = 0; i < 4; ++i) ASSERT_TRUE(scratch.add(frame(150)));
+    EXPECT_EQ(test::bytes_of(out() / "tried_frames/frames/tried/eo/000000000000000.png").substr(1, 3), "PNG");
+  }
+  EXPECT_TRUE(std::filesystem::is_empty(out()));
+  test::TemporaryFolder other;
+  other.write("file", "");
+  ScratchDataset nowhere(other.path() / "file");
+  EXPECT_FALSE(nowhere.add(frame(150))) << "no folder can be made there";
 }
 
 }  // namespace

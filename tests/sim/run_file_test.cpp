@@ -33,8 +33,8 @@ vehicles:
     turn_radius_m: 300
     repeat_mission: true
     sensors:
-      rgb: {layer: eo, camera: rgb.yaml, rate_hz: 29.97, mount: {pitch_deg: 0.1, x_m: 0.3}, output: uint8, range: [0, 2500], off_map: fill, fill_value: 0.7}
-      sar: {layer: sar, camera: ../sar.yaml, rate_hz: 2, output: float32, off_map: reject, allow_coarse: true}
+      rgb: {layer: eo, camera: rgb.yaml, rate_hz: 29.97, mount: {pitch_deg: 0.1, x_m: 0.3}, output: uint8, range: [0, 2500], off_map: fill, fill_value: 0.7, quality: draft, oversampling: 2.5, fitted_to_ms: 12.5}
+      sar: {layer: sar, camera: ../sar.yaml, rate_hz: 2, output: float32, off_map: reject, allow_coarse: true, time_budget_ms: 0.1, adaptive: true}
   copter:
     model: poses
     poses: flown.csv
@@ -116,7 +116,13 @@ TEST_F(RunFileText, EveryKeyArrivesWhereItBelongs) {
   EXPECT_EQ(rgb.range, std::pair(0.0, 2500.0));
   EXPECT_EQ(rgb.off_map, render::OffMap::Fill);
   EXPECT_EQ(rgb.fill_value, 0.7);
+  EXPECT_EQ(rgb.quality, render::Quality::draft);
+  EXPECT_EQ(rgb.oversampling, 2.5);
+  EXPECT_EQ(rgb.fitted_to_ms, 12.5);
+  EXPECT_FALSE(rgb.time_budget_ms || rgb.adaptive);
   EXPECT_EQ(plane.sensors[1].second.off_map, render::OffMap::Reject);
+  EXPECT_EQ(plane.sensors[1].second.time_budget_ms, 0.1);
+  EXPECT_TRUE(plane.sensors[1].second.adaptive);
   EXPECT_EQ(run.vehicles[1].second.poses, "flown.csv");
   EXPECT_FALSE(run.record_frames || run.record_telemetry || run.record_report);
   EXPECT_TRUE(run.record_truth_rows && run.record_truth_planes);
@@ -141,6 +147,7 @@ TEST_F(RunFileText, WhatIsNotSaidHasTheDocumentedDefault) {
   const SensorSetup& sensor = vehicle.sensors[0].second;
   EXPECT_EQ(sensor.off_map, render::OffMap::Mask);
   EXPECT_FALSE(sensor.output || sensor.range);
+  EXPECT_FALSE(sensor.quality || sensor.oversampling || sensor.time_budget_ms || sensor.adaptive);
 }
 
 TEST_F(RunFileText, WrittenBackAndReadAgainNothingChanges) {
@@ -169,6 +176,11 @@ TEST_F(RunFileText, WrittenBackAndReadAgainNothingChanges) {
         EXPECT_EQ(b.sensors[s].second.rate.time_ns(1'000'000), a.sensors[s].second.rate.time_ns(1'000'000));
         EXPECT_EQ(b.sensors[s].second.range, a.sensors[s].second.range);
         EXPECT_EQ(b.sensors[s].second.fill_value, a.sensors[s].second.fill_value);
+        EXPECT_EQ(b.sensors[s].second.quality, a.sensors[s].second.quality);
+        EXPECT_EQ(b.sensors[s].second.oversampling, a.sensors[s].second.oversampling);
+        EXPECT_EQ(b.sensors[s].second.time_budget_ms, a.sensors[s].second.time_budget_ms);
+        EXPECT_EQ(b.sensors[s].second.adaptive, a.sensors[s].second.adaptive);
+        EXPECT_EQ(b.sensors[s].second.fitted_to_ms, a.sensors[s].second.fitted_to_ms);
       }
     }
     EXPECT_EQ(second->wind_down_mps, first.wind_down_mps);
@@ -264,6 +276,20 @@ TEST_F(RunFileText, ValuesThatCannotBeAreRefused) {
   EXPECT_NE(said("surface: plane", "surface: terrain").find("no surface 'terrain'"), std::string::npos);
   EXPECT_NE(said("earth: flat", "earth: disc").find("expected wgs84 or flat, found 'disc'"), std::string::npos);
   EXPECT_NE(said("telemetry: none", "telemetry: bag").find("expected csv or none, found 'bag'"), std::string::npos);
+  EXPECT_NE(said("oversampling: 2.5", "oversampling: 17").find("expected 0.5 to 16 samples across, found 17"),
+            std::string::npos);
+  for (const char* bad : {"0", "-3"})
+    EXPECT_NE(said("time_budget_ms: 0.1", fmt::format("time_budget_ms: {}", bad)).find("expected a positive number"),
+              std::string::npos);
+  for (const char* bad : {".nan", ".inf", "soon", "[1]"})
+    EXPECT_NE(said("time_budget_ms: 0.1", fmt::format("time_budget_ms: {}", bad)).find("time_budget_ms"),
+              std::string::npos);
+  EXPECT_NE(said("time_budget_ms: 0.1, ", "").find("sensors.sar.adaptive': expected time_budget_ms beside it"),
+            std::string::npos);
+  const std::string both = said("fitted_to_ms: 12.5", "time_budget_ms: 12.5");
+  for (const char* key : {"quality", "oversampling"})
+    EXPECT_NE(both.find(fmt::format("sensors.rgb.{}': expected none beside time_budget_ms", key)), std::string::npos)
+        << both;
   EXPECT_NE(said("duration_s: 60.000000001", "duration_s: 1e2").find("'duration_s'"), std::string::npos);
 }
 

@@ -33,6 +33,7 @@ void note_plan(const SampledPlan& planned, double geometry_error_px, std::int64_
   truth.quality = options.quality;
   truth.filter = planned.sampling.filter;
   truth.oversampling = planned.sampling.oversampling;
+  truth.adaptive = options.adaptive;
   truth.finest_level = first ? plan.finest_level : std::min(truth.finest_level, plan.finest_level);
   truth.coarsest_level = std::max(truth.coarsest_level, plan.coarsest_level);
   truth.undersampled = truth.undersampled || plan.undersampled;

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <limits>
 
+#include "nadir/render/quality_ladder.h"
+
 namespace nadir::render {
 namespace {
 
@@ -30,15 +32,6 @@ Sampling sampling_of(const Layer& layer, const RenderOptions& options) {
   return sampling;
 }
 
-std::vector<Sampling> ways_of_sampling() {
-  std::vector<Sampling> ways = {sampling_for(Quality::draft)};
-  for (const double oversampling : {1.6, 2.1, 3.1, 4.1, 6.1, 8.1}) {
-    ways.push_back(sampling_for(Quality::balanced));
-    ways.back().oversampling = oversampling;
-  }
-  return ways;
-}
-
 bool is_predicted(const Layer& layer, const Sampling& sampling) {
   return sampling.filter != Filter::Nearest && sampling.filter != Filter::Reference &&
          layer.source->domain() != tile::Domain::Decibel;
@@ -53,8 +46,8 @@ Result<SampledPlan> choose_plan(const Layer& layer, const RenderOptions& options
                                 const std::function<SampledPlan(const Sampling&)>& planned) {
   if (!options.max_error || layer.options.role == tile::Role::Labels) return planned(sampling_of(layer, options));
   SampledPlan chosen;
-  for (const Sampling& way : ways_of_sampling()) {
-    chosen = planned(way);
+  for (const Rung& rung : quality_ladder()) {
+    chosen = planned(sampling_of(layer, with_rung({}, rung)));
     if (!chosen.sees_map) break;
     if (!chosen.expected_rmse)
       return fail(Error::Kind::Unsupported,

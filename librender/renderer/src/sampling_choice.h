@@ -2,7 +2,6 @@
 
 #include <functional>
 #include <optional>
-#include <vector>
 
 #include "forecast.h"
 #include "nadir/render/layer_plan.h"
@@ -13,9 +12,6 @@ namespace nadir::render {
 
 /// What the options ask for, but for `max_error`.
 Sampling sampling_of(const Layer& layer, const RenderOptions& options);
-
-/// From the cheapest to the finest. Without cubic samples, which are nearer to the ground than to the reference.
-std::vector<Sampling> ways_of_sampling();
 
 /// Whether a layer sampled so has an error to be predicted: that of an approximation of the reference, in no decibels.
 bool is_predicted(const Layer& layer, const Sampling& sampling);

@@ -9,6 +9,7 @@
 #include "command.h"
 #include "nadir/base/text.h"
 #include "nadir/render/truth_planes.h"
+#include "nadir/sim/rehearsal.h"
 #include "nadir/sim/run.h"
 
 namespace nadir::app {
@@ -22,38 +23,7 @@ struct Finding {
   std::string text;
 };
 
-/// Keeps evenly chosen exposures of each sensor, by flying the run without rendering.
-class ExposureSink final : public sim::Sink {
- public:
-  ExposureSink(const sim::Run& run, std::size_t per_sensor)
-      : exposures(run.sensors().size()), run_(run), per_sensor_(per_sensor) {}
-
-  Result<void> on_frame(const sim::FrameEvent& event) override {
-    for (std::size_t i = 0; i < exposures.size(); ++i) {
-      const sim::PreparedSensor& sensor = run_.sensors()[i];
-      if (sensor.vehicle == event.vehicle && sensor.name == event.sensor)
-        exposures[i].emplace_back(sim::camera_pose(event.state, sensor), event.truth);
-    }
-    return {};
-  }
-  Result<void> finish() override {
-    for (auto& list : exposures) {
-      counts.push_back(list.size());
-      std::vector<std::pair<render::CameraPose, render::Truth>> chosen;
-      const std::size_t n = std::min(per_sensor_, list.size());
-      for (std::size_t k = 0; k < n; ++k) chosen.push_back(list[k * list.size() / n]);
-      list = std::move(chosen);
-    }
-    return {};
-  }
-
-  std::vector<std::vector<std::pair<render::CameraPose, render::Truth>>> exposures;
-  std::vector<std::size_t> counts;  // of all exposures of a sensor
-
- private:
-  const sim::Run& run_;
-  std::size_t per_sensor_;
-};
+constexpr std::size_t most_looked_at = 6;  // exposures of each sensor
 
 class Doctor {
  public:
@@ -77,31 +47,36 @@ class Doctor {
   }
 
   Result<void> look_at_sensor(const sim::Run& run, const sim::PreparedSensor& sensor,
-                              const std::vector<std::pair<render::CameraPose, render::Truth>>& exposures,
-                              std::size_t count, render::Renderer& renderer) {
+                              const std::vector<sim::Rehearsal::Exposure>& exposures, std::size_t count,
+                              render::Renderer& renderer) {
     const std::string name = sensor.vehicle + "/" + sensor.name;
     double least = 1e300, most = 0, warm_ms = 0, cold_ms = 0, geometry_px = 0;
     std::size_t on_map = 0;
-    for (const auto& [pose, truth] : exposures) {
+    const std::size_t looked_at = std::min(most_looked_at, exposures.size());
+    for (std::size_t k = 0; k < looked_at; ++k) {
+      const auto& [state, truth] = exposures[k * exposures.size() / looked_at];
       if (truth.magnification)
         least = std::min(least, *truth.magnification), most = std::max(most, *truth.magnification);
       render::RenderOptions options = run.render_options(sensor);
       options.off_map = render::OffMap::Mask;
       for (double* ms : {&cold_ms, &warm_ms}) {
-        const auto frame = renderer.render(sensor.scene, sensor.camera, pose, options);
+        const auto frame = renderer.render(sensor.scene, sensor.camera, sim::camera_pose(state, sensor), options);
         if (!frame) return fail(frame.error().kind, fmt::format("sensor {}: {}", name, frame.error().message));
-        *ms += frame->truth().render_ms / static_cast<double>(exposures.size());
+        *ms += frame->truth().render_ms / static_cast<double>(looked_at);
         geometry_px = std::max(geometry_px, frame->truth().geometry_error_px);
         if (ms == &warm_ms) on_map += frame->truth().valid_fraction > 0.999;
       }
     }
     if (exposures.empty()) return {};
+    if (sensor.fitted)
+      note(sensor.fitted->fits() ? Finding::Kind::Good : Finding::Kind::Warning,
+           fmt::format("{}: {} (this machine, now)", name, to_string(*sensor.fitted)));
     const auto pixels =
         static_cast<std::uint64_t>(sensor.camera.width_px()) * static_cast<std::uint64_t>(sensor.camera.height_px());
     std::uint64_t planes_bytes = 0;
     if (run.file().record_frames && run.file().record_truth_planes) {
       const auto start = std::chrono::steady_clock::now();
-      render::truth_planes({sensor.camera, exposures.front().first, sensor.scene.surface()});
+      render::truth_planes({sensor.camera, sim::camera_pose(exposures.front().state, sensor), sensor.scene.surface()});
       const double planes_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
       note(Finding::Kind::Note, fmt::format("{}: its truth planes take {:.0f} ms a frame", name, 1e3 * planes_s));
       work_s_ += static_cast<double>(count) * planes_s;
@@ -123,9 +98,9 @@ class Doctor {
     } else {
       note(Finding::Kind::Warning, fmt::format("{}: sees no ground in the middle of any frame looked at", name));
     }
-    note(on_map == exposures.size() ? Finding::Kind::Good : Finding::Kind::Warning,
-         fmt::format("{}: {} of {} frames looked at lie wholly on the map{}", name, on_map, exposures.size(),
-                     on_map == exposures.size() ? "" : "; `nadir fly --dry-run` draws where"));
+    note(on_map == looked_at ? Finding::Kind::Good : Finding::Kind::Warning,
+         fmt::format("{}: {} of {} frames looked at lie wholly on the map{}", name, on_map, looked_at,
+                     on_map == looked_at ? "" : "; `nadir fly --dry-run` draws where"));
     note(Finding::Kind::Good, fmt::format("{}: geometry within {:.2g} px of exact (tolerance {} px)", name, geometry_px,
                                           run.file().geometry_tolerance_px));
     const tile::CellSource& source = *sensor.scene.layers().front().source;
@@ -193,15 +168,14 @@ Result<void> run(const std::string& path, const std::string& cache, bool json) {
                           run->ground().plane() ? "a plane" : "the curved Earth", run->ground().height_m(), datum,
                           geodesy::to_degrees(origin.lat_rad), geodesy::to_degrees(origin.lon_rad)));
 
-  constexpr std::size_t looked_at = 6;
   render::Renderer renderer({.cache_bytes = *cache_bytes});
-  ExposureSink exposures(*run, looked_at);
-  sim::Sink* const sinks[] = {&exposures};
+  sim::Rehearsal rehearsal(*run, most_looked_at);
+  sim::Sink* const sinks[] = {&rehearsal};
   const auto flown = run->execute(renderer, sinks, /*render_frames=*/false, /*pace=*/0);
   if (!flown) return fail(flown);
+  if (auto ok = run->fit_time_budgets(renderer); !ok) return ok;
   for (std::size_t i = 0; i < run->sensors().size(); ++i)
-    if (auto ok = doctor.look_at_sensor(*run, run->sensors()[i], exposures.exposures[i], exposures.counts[i], renderer);
-        !ok)
+    if (auto ok = doctor.look_at_sensor(*run, run->sensors()[i], rehearsal.kept(i), rehearsal.count(i), renderer); !ok)
       return ok;
   doctor.look_at_whole(*run, *cache_bytes, flown->seconds);
   doctor.print(json);

@@ -12,7 +12,10 @@
 #include "nadir/base/text.h"
 #include "nadir/record/flight_report.h"
 #include "nadir/record/run_sinks.h"
+#include "nadir/record/scratch_dataset.h"
+#include "nadir/record/time_budget_record.h"
 #include "nadir/sim/run.h"
+#include "tell_time_budget.h"
 
 namespace nadir::app {
 namespace {
@@ -42,7 +45,7 @@ class ProgressSink final : public sim::Sink {
 };
 
 void print_summary(const FlyArguments& arguments, const sim::Run& run, const sim::RunSummary& summary,
-                   const record::FlightReport& report) {
+                   const record::FlightReport& report, const std::vector<std::string>& budgets) {
   std::vector<double> ms = report.frame_ms();
   std::sort(ms.begin(), ms.end());
   const double median = ms.empty() ? 0 : ms[ms.size() / 2];
@@ -62,6 +65,11 @@ void print_summary(const FlyArguments& arguments, const sim::Run& run, const sim
       for (const record::Excursion& e : excursions)
         leaves.push_back({{"sensor", sensor}, {"from_ns", e.from_ns}, {"to_ns", e.to_ns}, {"exposures", e.exposures}});
     json["leaves_map"] = leaves;
+    if (!budgets.empty()) {
+      json["time_budgets"] = nlohmann::ordered_json::array();
+      for (const std::string& line : budgets) json["time_budgets"].push_back(nlohmann::ordered_json::parse(line));
+      json["late"] = summary.late;
+    }
     fmt::print("{}\n", json.dump(2));
     return;
   }
@@ -72,6 +80,7 @@ void print_summary(const FlyArguments& arguments, const sim::Run& run, const sim
         summary.frames, run.file().duration_text, summary.seconds,
         static_cast<double>(summary.frames) / std::max(summary.seconds, 1e-9), median,
         100 * report.mean_valid_fraction());
+  if (!budgets.empty()) fmt::print("{} of the frames with a time budget took longer\n", summary.late);
   if (summary.rejected > 0) fmt::print("{} exposures were rejected: they look beyond the map\n", summary.rejected);
   if (summary.coarse > 0)
     fmt::print("{} frames are partly from coarser levels than planned: their map tiles were not in memory in time\n",
@@ -87,6 +96,24 @@ void print_summary(const FlyArguments& arguments, const sim::Run& run, const sim
   if (run.file().record_report || arguments.dry_run) fmt::print("look at {}/report.html\n", arguments.folder);
 }
 
+/// Resolved, told, and one record each. Frames that are tried are written as all will be, if that goes on beside
+/// frames: where a pace leaves the machine idle between them, it does not.
+Result<std::vector<std::string>> fit_time_budgets(const FlyArguments& arguments, sim::Run& run,
+                                                  render::Renderer& renderer) {
+  record::ScratchDataset scratch(arguments.folder);
+  const auto write = [&](render::Frame frame) { return scratch.add(std::move(frame)); };
+  if (auto ok = run.fit_time_budgets(renderer, arguments.pace > 0 ? render::TriedFrames() : write); !ok)
+    return fail(ok);
+  std::vector<std::string> records;
+  for (const sim::PreparedSensor& sensor : run.sensors()) {
+    if (!sensor.fitted) continue;
+    records.push_back(record::time_budget_record(sensor.vehicle, {sensor.name}, sensor.setup.adaptive, *sensor.fitted));
+    tell_time_budget(fmt::format("nadir fly: {}/{}", sensor.vehicle, sensor.name), *sensor.fitted,
+                     sensor.setup.adaptive, arguments.json);
+  }
+  return records;
+}
+
 Result<void> run(const FlyArguments& arguments) {
   const auto cache_bytes = parse_bytes(arguments.cache);
   if (!cache_bytes) return fail(cache_bytes.error().kind, "--cache: " + cache_bytes.error().message);
@@ -97,6 +124,8 @@ Result<void> run(const FlyArguments& arguments) {
   const bool frames = !arguments.dry_run && file->record_frames;
 
   if (auto ok = record::clear_dataset(arguments.folder, arguments.force); !ok) return ok;
+  render::Renderer renderer({.cache_bytes = *cache_bytes, .threads = arguments.threads});
+  std::vector<std::string> budgets;
   std::optional<record::Dataset> dataset;
   std::optional<record::FrameSink> frame_sink;
   if (frames) {
@@ -106,10 +135,15 @@ Result<void> run(const FlyArguments& arguments) {
     frame_sink.emplace(*run, *dataset, arguments.threads);
     for (const sim::PreparedSensor& sensor : run->sensors())
       if (auto ok = dataset->add_camera(sensor.vehicle, sensor.camera); !ok) return ok;
+    auto fitted = fit_time_budgets(arguments, *run, renderer);
+    if (!fitted) return fail(fitted);
+    budgets = std::move(*fitted);
+    if (!budgets.empty())
+      if (auto ok = dataset->write_time_budgets(budgets); !ok) return ok;
   }
-  if (auto ok = write_file(std::filesystem::path(arguments.folder) / "run.yaml", sim::to_yaml(*file)); !ok) return ok;
+  if (auto ok = write_file(std::filesystem::path(arguments.folder) / "run.yaml", sim::to_yaml(run->file())); !ok)
+    return ok;
 
-  render::Renderer renderer({.cache_bytes = *cache_bytes, .threads = arguments.threads});
   record::FlightReport report(*run);
   record::TelemetrySink telemetry(*run, arguments.folder);
   record::TruthRowSink truth_rows(arguments.folder);
@@ -123,7 +157,7 @@ Result<void> run(const FlyArguments& arguments) {
   if (!summary) return fail(summary);
   if (file->record_report || arguments.dry_run)
     if (auto ok = report.write(renderer, arguments.folder, *summary, frames); !ok) return ok;
-  print_summary(arguments, *run, *summary, report);
+  print_summary(arguments, *run, *summary, report, budgets);
   return report_damage(summary->damaged, summary->damage);
 }
 

@@ -113,16 +113,35 @@ void add_render_options(CLI::App& app, RenderArguments& a) {
       ->capture_default_str()
       ->group("View");
 
-  app.add_option("--quality", a.quality, "draft, balanced or best")->capture_default_str()->group("Rendering");
-  app.add_option("--filter", a.filter, "nearest, bilinear, bicubic, mip or reference (the quality's)")
-      ->group("Rendering");
-  app.add_option(
-         "--max-error", a.max_error,
-         "root mean square error against the reference filter, in the frame's values: the cheapest way of sampling "
-         "that is expected to keep it is taken (instead of a quality; maps of nadir build)")
-      ->group("Rendering");
-  app.add_option("--oversampling", a.oversampling,
-                 "samples across a footprint's shorter axis (the quality's); of filter reference, a texel (2)")
+  CLI::Option* quality =
+      app.add_option("--quality", a.quality, "draft, balanced or best")->capture_default_str()->group("Rendering");
+  CLI::Option* filter =
+      app.add_option("--filter", a.filter, "nearest, bilinear, bicubic, mip or reference (the quality's)")
+          ->group("Rendering");
+  CLI::Option* max_error =
+      app.add_option(
+             "--max-error", a.max_error,
+             "root mean square error against the reference filter, in the frame's values: the cheapest way of sampling "
+             "that is expected to keep it is taken (instead of a quality; maps of nadir build)")
+          ->group("Rendering");
+  CLI::Option* oversampling =
+      app.add_option("--oversampling", a.oversampling,
+                     "samples across a footprint's shorter axis (the quality's); of filter reference, a texel (2)")
+          ->group("Rendering");
+  CLI::Option* time_budget =
+      app.add_option("--time-budget", a.time_budget_ms,
+                     "milliseconds a frame: before the first one a few are tried, and the finest way of sampling whose "
+                     "slowest one keeps the budget is taken for all, and recorded (instead of --quality, --filter, "
+                     "--oversampling or --max-error)")
+          ->excludes(quality)
+          ->excludes(filter)
+          ->excludes(max_error)
+          ->excludes(oversampling)
+          ->group("Rendering");
+  app.add_flag("--adaptive", a.adaptive,
+               "with --time-budget: choose anew for each frame from how long those before took; records say with what "
+               "each was made, and no two runs make the same bytes")
+      ->needs(time_budget)
       ->group("Rendering");
   app.add_option("--level-blend", a.level_blend,
                  "part of a level, 0 to 1, over which two levels are blended around where they switch (the quality's)")

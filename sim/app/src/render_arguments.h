@@ -21,13 +21,13 @@ struct RenderArguments {
   std::string origin, surface = "plane", ground_height = "0", mount;
   std::string quality = "balanced", filter, off_map = "mask";
   double geometry_tolerance_px = 0.05, fill_value = 0;
-  std::optional<double> oversampling, level_blend, max_error;
+  std::optional<double> oversampling, level_blend, max_error, time_budget_ms;
   render::Shutter shutter;
   std::string cache = "256MiB", frame_memory = "1GiB", vehicle = "vehicle";
   int threads = 0;
   std::size_t first_frames = 0;  // 0: all
   bool force = false, no_output = false, no_pictures = false, json = false, explain = false, truth_planes = false,
-       allow_coarse = false;
+       allow_coarse = false, adaptive = false;
 };
 
 /// Declares the options on `app`, to be parsed into `arguments`.

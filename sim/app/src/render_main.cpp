@@ -12,8 +12,12 @@
 #include "nadir/base/text.h"
 #include "nadir/record/dataset.h"
 #include "nadir/record/overview.h"
+#include "nadir/record/scratch_dataset.h"
+#include "nadir/record/time_budget_record.h"
+#include "nadir/render/adaptive_quality.h"
 #include "nadir/sim/pose_file.h"
 #include "render_arguments.h"
+#include "tell_time_budget.h"
 
 namespace nadir::app {
 namespace {
@@ -27,6 +31,8 @@ struct Summary {
   double seconds = 0;
   std::vector<render::StageTimes> times;           // of each frame
   std::optional<render::Explanation> explanation;  // of the first frame
+  std::string time_budget;                         // its record, where there is one
+  double budget_ms = 0;
 
   /// Each stage's own median.
   render::StageTimes median() const {
@@ -39,6 +45,11 @@ struct Summary {
       median.*stage.ms = ms[ms.size() / 2];
     }
     return median;
+  }
+  /// Frames over the time budget.
+  std::ptrdiff_t late() const {
+    return std::count_if(times.begin(), times.end(),
+                         [&](const render::StageTimes& t) { return t.whole_ms > budget_ms; });
   }
 };
 
@@ -59,12 +70,17 @@ void print_json(const Summary& summary, const render::Renderer& renderer, const 
       {"cache_peak_bytes", cache.peak_bytes},
       {"folder", folder.empty() ? nlohmann::ordered_json(nullptr) : nlohmann::ordered_json(folder)}};
   if (summary.explanation) json["explain"] = to_json(*summary.explanation);
+  if (!summary.time_budget.empty()) {
+    json["time_budget"] = nlohmann::ordered_json::parse(summary.time_budget);
+    json["late"] = summary.late();
+  }
   fmt::print("{}\n", json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
 }
 
 void print_text(const Summary& summary, const std::string& folder, bool pictures) {
   fmt::print("{} frames in {:.1f} s, {:.1f} ms each in the renderer (median)", summary.frames, summary.seconds,
              summary.median().whole_ms);
+  if (!summary.time_budget.empty()) fmt::print(", {} over the time budget", summary.late());
   if (summary.rejected > 0) fmt::print(", {} rejected: they look beyond the map", summary.rejected);
   if (summary.in_bands > 0) fmt::print(", in bands of rows");
   if (summary.coarse > 0) fmt::print(", {} of them partly from coarser levels than planned", summary.coarse);
@@ -82,6 +98,8 @@ void print_explanation(const render::Explanation& explanation) {
   for (const std::string& line : text.left_out) fmt::print("  {}\n", line);
 }
 
+double time_s(const sim::TimedPose& pose) { return static_cast<double>(pose.time_ns) * 1e-9; }
+
 /// Where the first camera and the first map are, for somebody whose frames show nothing.
 std::string whereabouts(const render::Scene& scene, const sim::TimedPose& pose) {
   const geodesy::Geodetic camera = geodesy::geodetic_from_ecef({pose.ecef_from_camera.origin});
@@ -90,6 +108,11 @@ std::string whereabouts(const render::Scene& scene, const sim::TimedPose& pose) 
       "the first camera is at {:.6f}, {:.6f} (lat, lon) and {:.6g} m, the centre of {} at {:.6f}, {:.6f}",
       geodesy::to_degrees(camera.lat_rad), geodesy::to_degrees(camera.lon_rad), camera.height_m, map.description().path,
       geodesy::to_degrees(map.center().lat_rad), geodesy::to_degrees(map.center().lon_rad));
+}
+
+/// The message, with the option that helps.
+std::string advice(const Error& error) {
+  return error.message + (error.kind == Error::Kind::OverBudget ? " with --cache" : "");
 }
 
 bool is_blank(const render::Frame& frame) {
@@ -106,11 +129,44 @@ Result<std::optional<render::CameraMotion>> motion_of(const std::vector<sim::Tim
     return fail(Error::Kind::Malformed,
                 "--exposure and --readout need a camera that moves: give at least two poses with times");
   std::vector<render::Moment> moments;
-  for (const sim::TimedPose& pose : poses)
-    moments.push_back({static_cast<double>(pose.time_ns) * 1e-9, pose.ecef_from_camera});
+  for (const sim::TimedPose& pose : poses) moments.push_back({time_s(pose), pose.ecef_from_camera});
   auto motion = render::CameraMotion::through(std::move(moments));
   if (!motion) return fail(motion);
   return std::optional(std::move(*motion));
+}
+
+/// Each layer is a sensor of its name.
+std::vector<std::string> sensors_of(const render::Scene& scene) {
+  std::vector<std::string> sensors;
+  for (const render::Layer& layer : scene.layers()) sensors.push_back(layer.name);
+  return sensors;
+}
+
+/// One frame, of the motion where there is one.
+Result<render::Frame> render_frame(render::Renderer& renderer, const render::Scene& scene, const render::Camera& camera,
+                                   const sim::TimedPose& pose, const std::optional<render::CameraMotion>& motion,
+                                   const render::Shutter& shutter, const render::RenderOptions& options) {
+  if (motion) return renderer.render(scene, camera, motion->from(time_s(pose)), shutter, options);
+  return renderer.render(scene, camera, pose.ecef_from_camera, options);
+}
+
+/// With frames of a few of the poses, which are written as all will be.
+Result<render::FittedQuality> fit_time_budget(const RenderArguments& arguments, const render::RenderOptions& options,
+                                              const render::Scene& scene, const render::Camera& camera,
+                                              const std::vector<sim::TimedPose>& poses,
+                                              const std::optional<render::CameraMotion>& motion,
+                                              render::Renderer& renderer) {
+  record::ScratchDataset scratch(arguments.folder);
+  const auto write = [&](render::Frame frame) { return scratch.add(std::move(frame)); };
+  const render::TriedFrames then = arguments.no_output ? render::TriedFrames() : write;
+  const auto probes = render::choose_probes(poses.size());
+  return render::fit_time_budget(
+      probes.size(),
+      [&](std::size_t probe, const render::RenderOptions& way) {
+        return render::probed(
+            render_frame(renderer, scene, camera, poses[probes[probe]], motion, arguments.shutter, way), then);
+      },
+      options, *arguments.time_budget_ms);
 }
 
 /// One frame, for which nothing is kept but its truth: its bands are written to `dataset`, where there is one.
@@ -125,9 +181,9 @@ Result<render::Frame> render_in_bands(const RenderArguments& arguments, const re
     file.emplace(std::move(*begun));
   }
   const auto sink = [&](const render::Frame& band, int) { return file ? file->add(band) : Result<void>(); };
-  auto frame = motion ? renderer.render_bands(scene, camera, motion->from(static_cast<double>(pose.time_ns) * 1e-9),
-                                              arguments.shutter, options, rows, sink)
-                      : renderer.render_bands(scene, camera, pose.ecef_from_camera, options, rows, sink);
+  auto frame =
+      motion ? renderer.render_bands(scene, camera, motion->from(time_s(pose)), arguments.shutter, options, rows, sink)
+             : renderer.render_bands(scene, camera, pose.ecef_from_camera, options, rows, sink);
   if (!frame || !file) return frame;
   if (auto ok = dataset->add(std::move(*file), *frame); !ok) return fail(ok);
   return frame;
@@ -137,23 +193,20 @@ Result<render::Frame> render_in_bands(const RenderArguments& arguments, const re
 Result<void> render_frames(const RenderArguments& arguments, const render::RenderOptions& options,
                            const render::Scene& scene, const render::Camera& camera,
                            const std::vector<sim::TimedPose>& poses, const std::optional<render::CameraMotion>& motion,
-                           int rows, render::Renderer& renderer, record::Dataset* dataset, record::Overview& overview,
-                           Summary& summary) {
-  std::vector<std::string> sensors;
-  for (const render::Layer& layer : scene.layers()) sensors.push_back(layer.name);
+                           int rows, render::Renderer& renderer, std::optional<render::AdaptiveQuality> adaptive,
+                           record::Dataset* dataset, record::Overview& overview, Summary& summary) {
+  const std::vector<std::string> sensors = sensors_of(scene);
   Progress progress("rendering", "frames", static_cast<std::int64_t>(poses.size()), !arguments.json);
   tile::CellCache::Ticket coming;
   for (std::size_t i = 0; i < poses.size(); ++i) {
     const sim::TimedPose& pose = poses[i];
+    render::RenderOptions frame_options = adaptive ? adaptive->options(options) : options;
     if (rows == 0 && i + 1 < poses.size())
-      coming = renderer.prefetch(scene, camera, poses[i + 1].ecef_from_camera, options);
-    render::RenderOptions frame_options = options;
+      coming = renderer.prefetch(scene, camera, poses[i + 1].ecef_from_camera, frame_options);
     frame_options.explain = arguments.explain && !summary.explanation;
-    const double time_s = static_cast<double>(pose.time_ns) * 1e-9;
     auto frame = rows > 0
                      ? render_in_bands(arguments, frame_options, scene, camera, pose, motion, rows, renderer, dataset)
-                 : motion ? renderer.render(scene, camera, motion->from(time_s), arguments.shutter, frame_options)
-                          : renderer.render(scene, camera, pose.ecef_from_camera, frame_options);
+                     : render_frame(renderer, scene, camera, pose, motion, arguments.shutter, frame_options);
     progress.advance();
     if (!frame && frame.error().kind == Error::Kind::OutsideMap) {
       ++summary.rejected;
@@ -162,10 +215,7 @@ Result<void> render_frames(const RenderArguments& arguments, const render::Rende
         return ok;
       continue;
     }
-    if (!frame)
-      return fail(frame.error().kind,
-                  fmt::format("frame at {} ns: {}{}", pose.time_ns, frame.error().message,
-                              frame.error().kind == Error::Kind::OverBudget ? " with --cache" : ""));
+    if (!frame) return fail(frame.error().kind, fmt::format("frame at {} ns: {}", pose.time_ns, advice(frame.error())));
     ++summary.frames;
     summary.in_bands += rows > 0;
     if (is_blank(*frame)) ++summary.blank;
@@ -178,13 +228,14 @@ Result<void> render_frames(const RenderArguments& arguments, const render::Rende
     summary.damaged += damaged;
     summary.coarse += coarse;
     summary.times.push_back(frame->counters().times);
+    if (adaptive) adaptive->note(frame->truth().render_ms);
     if (frame_options.explain) summary.explanation = frame->explanation();
     if (!arguments.no_pictures && dataset) overview.add(frame->truth(), pose.time_ns);
     if (!dataset || rows > 0) continue;
     std::optional<render::TruthPlanes> planes;
     if (arguments.truth_planes)
       planes = render::truth_planes(
-          motion ? render::ExactChain(camera, motion->from(time_s), arguments.shutter, scene.surface())
+          motion ? render::ExactChain(camera, motion->from(time_s(pose)), arguments.shutter, scene.surface())
                  : render::ExactChain(camera, pose.ecef_from_camera, scene.surface()),
           arguments.threads);
     if (auto ok = dataset->add(std::move(*frame), pose.time_ns, arguments.vehicle,
@@ -211,7 +262,9 @@ Result<void> write_pictures(const record::Overview& overview, render::Renderer& 
 Result<void> run(const RenderArguments& arguments) {
   if (arguments.folder.empty() && !arguments.no_output)
     return fail(Error::Kind::Malformed, "no output folder: give -o FOLDER, or --no-output to render and measure only");
-  const auto options = make_render_options(arguments);
+  if (arguments.time_budget_ms)
+    if (auto ok = render::check_time_budget(*arguments.time_budget_ms); !ok) return ok;
+  auto options = make_render_options(arguments);
   if (!options) return fail(options);
   const auto renderer_options = make_renderer_options(arguments);
   if (!renderer_options) return fail(renderer_options);
@@ -242,8 +295,25 @@ Result<void> run(const RenderArguments& arguments) {
   render::Renderer renderer(*renderer_options);
   record::Overview overview(*scene, *camera, poses->size());
   Summary summary;
+  std::optional<render::AdaptiveQuality> adaptive;
+  if (arguments.time_budget_ms) {
+    if (*rows > 0)
+      return fail(Error::Kind::Unsupported,
+                  "--time-budget: frames of this size are made in bands, which keep no time: raise --frame-memory to "
+                  "what a whole one takes");
+    const auto fitted = fit_time_budget(arguments, *options, *scene, *camera, *poses, *motion, renderer);
+    if (!fitted) return fail(fitted.error().kind, advice(fitted.error()));
+    summary.time_budget =
+        record::time_budget_record(arguments.vehicle, sensors_of(*scene), arguments.adaptive, *fitted);
+    summary.budget_ms = fitted->budget_ms;
+    if (dataset)
+      if (auto ok = dataset->write_time_budgets({summary.time_budget}); !ok) return ok;
+    tell_time_budget("nadir render", *fitted, arguments.adaptive, arguments.json);
+    *options = fitted->options;
+    if (arguments.adaptive) adaptive.emplace(*fitted);
+  }
   const auto start = std::chrono::steady_clock::now();
-  auto rendered = render_frames(arguments, *options, *scene, *camera, *poses, *motion, *rows, renderer,
+  auto rendered = render_frames(arguments, *options, *scene, *camera, *poses, *motion, *rows, renderer, adaptive,
                                 dataset ? &*dataset : nullptr, overview, summary);
   // Where rendering failed too: the frames before are whole, and are listed
   if (dataset)

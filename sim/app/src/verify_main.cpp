@@ -182,11 +182,32 @@ class Verifier final : public sim::Sink {
     if (*found != again) complain(fmt::format("{}: its truth planes are not what the run gives", key.text()));
   }
 
+  /// The run's; the way of sampling of an adaptive sensor is what the frame's record says.
+  Result<render::RenderOptions> options_of(const Json& record, const sim::PreparedSensor& sensor) const {
+    render::RenderOptions options = run_.render_options(sensor);
+    const Json settings = record.value("settings", Json::object());
+    const Json adaptive = settings.value("adaptive", Json(false));
+    if (adaptive != Json(sensor.setup.adaptive))
+      return fail(Error::Kind::Malformed,
+                  fmt::format("its record does not say that it is {}adaptive, as the run file does",
+                              sensor.setup.adaptive ? "" : "not "));
+    if (!sensor.setup.adaptive) return options;
+    const Json quality = settings.value("quality", Json()), oversampling = settings.value("oversampling", Json());
+    if (!quality.is_string() || !oversampling.is_number())
+      return fail(Error::Kind::Malformed, "its settings lack a quality and an oversampling");
+    const auto parsed = render::parse_quality(quality.get<std::string>());
+    if (!parsed) return fail(parsed);
+    options.quality = *parsed;
+    options.oversampling = oversampling.get<double>();
+    return options;
+  }
+
   Result<void> compare_pixels(const FrameKey& key, const Json& record, const sim::FrameEvent& event) {
     const sim::PreparedSensor& sensor = run_.sensor(event.vehicle, event.sensor);
-    render::RenderOptions options = run_.render_options(sensor);
-    options.allow_coarse = false;
-    const auto frame = sim::render_frame(renderer_, event.state, sensor, options);
+    auto options = options_of(record, sensor);
+    if (!options) return complain(fmt::format("{}: {}", key.text(), options.error().message));
+    options->allow_coarse = false;
+    const auto frame = sim::render_frame(renderer_, event.state, sensor, *options);
     if (!frame) return fail(frame);
     ++rendered;
     if (record::checksum(frame->layer()) != record["checksum"])

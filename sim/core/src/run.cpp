@@ -7,6 +7,7 @@
 #include <chrono>
 
 #include "flight.h"
+#include "nadir/render/adaptive_quality.h"
 #include "nadir/sim/scene_setup.h"
 
 namespace nadir::sim {
@@ -37,8 +38,8 @@ Result<PreparedSensor> prepare_sensor(const RunFile& file, const render::Surface
   render::Scene scene = render::Scene::over(ground).with_layer(name, map, std::move(*options));
   if (auto ok = scene.check(); !ok)
     return fail(ok.error().kind, fmt::format("sensor {}: {}", name, ok.error().message));
-  return PreparedSensor{vehicle,         name, setup, std::move(*camera), render::body_from_camera(setup.mount()),
-                        std::move(scene)};
+  return PreparedSensor{vehicle,          name, setup, std::move(*camera), render::body_from_camera(setup.mount()),
+                        std::move(scene), {}};
 }
 
 /// No vehicle keeps its velocity for longer.
@@ -89,7 +90,8 @@ const PreparedSensor& Run::sensor(std::string_view vehicle, std::string_view nam
 }
 
 render::RenderOptions Run::render_options(const PreparedSensor& sensor) const {
-  return {.quality = file_.quality,
+  return {.quality = sensor.setup.quality.value_or(file_.quality),
+          .oversampling = sensor.setup.oversampling,
           .geometry_tolerance_px = file_.geometry_tolerance_px,
           .off_map = sensor.setup.off_map,
           .fill_value = sensor.setup.fill_value,
@@ -121,6 +123,8 @@ render::ExactChain exact_chain(const VehicleState& state, const PreparedSensor& 
 
 Result<RunSummary> Run::execute(render::Renderer& renderer, std::span<Sink* const> sinks, bool render_frames,
                                 double pace) {
+  if (render_frames)
+    if (auto ok = fit_time_budgets(renderer); !ok) return fail(ok);
   Scheduler scheduler;
   RunSummary summary;
   for (const PreparedVehicle& vehicle : vehicles_) {
@@ -138,9 +142,11 @@ Result<RunSummary> Run::execute(render::Renderer& renderer, std::span<Sink* cons
     const PoseSource* source = nullptr;
     for (const PreparedVehicle& vehicle : vehicles_)
       if (vehicle.name == sensor.vehicle) source = vehicle.source.get();
+    std::optional<render::AdaptiveQuality> adaptive;
+    if (render_frames && sensor.setup.adaptive) adaptive.emplace(*sensor.fitted);
     scheduler.add(
         Scheduler::Stage::Observe, sensor.setup.rate,
-        [&, source, first = true,
+        [&, source, first = true, adaptive,
          coming = std::make_shared<tile::CellCache::Ticket>()](std::int64_t time_ns) mutable -> Result<void> {
           const auto state = source->state_at(time_ns);
           if (!state) return fail(state);
@@ -148,6 +154,7 @@ Result<RunSummary> Run::execute(render::Renderer& renderer, std::span<Sink* cons
           std::string rejected;
           if (render_frames) {
             render::RenderOptions options = render_options(sensor);
+            if (adaptive) options = adaptive->options(options);
             options.explain = first;
             auto rendered = render_frame(renderer, *state, sensor, options);
             const double period_s = 1 / sensor.setup.rate.hz();
@@ -158,12 +165,17 @@ Result<RunSummary> Run::execute(render::Renderer& renderer, std::span<Sink* cons
                           fmt::format("sensor {} at {} ns: {}", sensor.name, time_ns, rendered.error().message));
             if (rendered) {
               if (first) {
+                if (sensor.fitted)
+                  summary.plan_done.push_back(fmt::format("{}: {}", sensor.name, to_string(*sensor.fitted)));
                 const render::ExplanationText text = render::to_text(rendered->explanation());
                 summary.plan_done.insert(summary.plan_done.end(), text.done.begin(), text.done.end());
                 summary.plan_left_out.insert(summary.plan_left_out.end(), text.left_out.begin(), text.left_out.end());
               }
               first = false;
               ++summary.frames;
+              const double render_ms = rendered->truth().render_ms;
+              if (adaptive) adaptive->note(render_ms);
+              summary.late += sensor.fitted && render_ms > sensor.fitted->budget_ms;
               const auto& coarse = rendered->truth().coarse;
               summary.coarse += coarse && coarse->fraction > 0;
               const auto& damage = rendered->truth().damage;

@@ -34,11 +34,13 @@ void take_height(const YamlMap& map, std::string_view key, TypedHeight& out) {
   take(parsed<TypedHeight>(map, key, geodesy::parse_height), out);
 }
 
-void take_positive(const YamlMap& map, std::string_view key, double& out) {
+std::optional<double> positive(const YamlMap& map, std::string_view key) {
   const auto value = map.number(key);
   if (value && !(*value > 0)) map.fault(key, fmt::format("expected a positive number, found {}", *value));
-  take(value, out);
+  return value;
 }
+
+void take_positive(const YamlMap& map, std::string_view key, double& out) { take(positive(map, key), out); }
 
 /// Names become folders and file names.
 void check_name(const YamlMap& parent, const std::string& name) {
@@ -110,6 +112,21 @@ void take_rate(const YamlMap& yaml, std::string_view key, Rate& rate, std::strin
   }
 }
 
+void read_sampling(const YamlMap& yaml, SensorSetup& sensor) {
+  sensor.quality = parsed<render::Quality>(yaml, "quality", render::parse_quality);
+  sensor.oversampling = yaml.number("oversampling");
+  if (sensor.oversampling && !(*sensor.oversampling >= 0.5 && *sensor.oversampling <= 16))
+    yaml.fault("oversampling", fmt::format("expected 0.5 to 16 samples across, found {}", *sensor.oversampling));
+  sensor.time_budget_ms = positive(yaml, "time_budget_ms");
+  sensor.fitted_to_ms = positive(yaml, "fitted_to_ms");
+  take(yaml.flag("adaptive"), sensor.adaptive);
+  if (sensor.adaptive && !yaml.has("time_budget_ms"))
+    yaml.fault("adaptive", "expected time_budget_ms beside it: the time that frames may take");
+  for (const char* key : {"quality", "oversampling", "fitted_to_ms"})
+    if (yaml.has("time_budget_ms") && yaml.has(key))
+      yaml.fault(key, "expected none beside time_budget_ms, which chooses the way of sampling: leave out one of them");
+}
+
 SensorSetup read_sensor(const YamlMap& yaml, const SceneSetup& scene) {
   SensorSetup sensor;
   for (const char* key : {"layer", "camera", "rate_hz"}) yaml.require(key);
@@ -137,6 +154,7 @@ SensorSetup read_sensor(const YamlMap& yaml, const SceneSetup& scene) {
   take(yaml.number("readout_s"), sensor.shutter.readout_s);
   if (const auto ok = render::check(sensor.shutter); !ok)
     yaml.fault(ok.error().message.starts_with("exposure") ? "exposure_s" : "readout_s", ok.error().message);
+  read_sampling(yaml, sensor);
   return sensor;
 }
 
@@ -240,59 +258,6 @@ void read_run(const YamlMap& yaml, RunFile& run) {
   if (const auto record = yaml.map("record")) read_record(*record, run);
 }
 
-std::string height_text(const TypedHeight& height) {
-  return fmt::format("{} {}", height.value_m, geodesy::to_string(height.datum));
-}
-
-std::string map_text(const RunFile& run, const MapSetup& map) {
-  std::string text = "{map: " + yaml_quoted(run.resolve(map.map).string());
-  if (map.role) text += fmt::format(", role: {}", tile::to_string(*map.role));
-  if (!map.bands.empty()) {
-    std::vector<std::string> bands;
-    for (const std::string& band : map.bands) bands.push_back(yaml_quoted(band));
-    text += fmt::format(", bands: [{}]", fmt::join(bands, ", "));
-  }
-  if (map.radar_scale) text += fmt::format(", radar_scale: {}", tile::to_string(*map.radar_scale));
-  return text + "}";
-}
-
-std::string sensor_text(const RunFile& run, const SensorSetup& sensor) {
-  const auto &p = sensor.mount_position_m, &a = sensor.mount_yaw_pitch_roll_deg;
-  std::string text = fmt::format(
-      "{{layer: {}, camera: {}, rate_hz: {},\n        mount: {{x_m: {}, y_m: {}, z_m: {}, yaw_deg: {}, pitch_deg: {}, "
-      "roll_deg: {}}},\n        off_map: {}",
-      yaml_quoted(sensor.layer), yaml_quoted(run.resolve(sensor.camera).string()), sensor.rate_text, p[0], p[1], p[2],
-      a[0], a[1], a[2], render::to_string(sensor.off_map));
-  if (sensor.off_map == render::OffMap::Fill) text += fmt::format(", fill_value: {}", sensor.fill_value);
-  if (sensor.shutter.exposure_s > 0) text += fmt::format(", exposure_s: {}", sensor.shutter.exposure_s);
-  if (sensor.shutter.readout_s > 0) text += fmt::format(", readout_s: {}", sensor.shutter.readout_s);
-  if (sensor.allow_coarse) text += ", allow_coarse: true";
-  if (sensor.output) text += fmt::format(", output: {}", tile::to_string(*sensor.output));
-  if (sensor.range) text += fmt::format(", range: [{}, {}]", sensor.range->first, sensor.range->second);
-  return text + "}";
-}
-
-std::string vehicle_text(const RunFile& run, const VehicleSetup& vehicle) {
-  std::string text = fmt::format("    model: {}\n", vehicle.model);
-  if (vehicle.model == "poses") {
-    text += fmt::format("    poses: {}\n", yaml_quoted(run.resolve(vehicle.poses).string()));
-  } else {
-    text += fmt::format("    start: {{north_m: {}, east_m: {}, height: {}, yaw_deg: {}, airspeed_mps: {}}}\n",
-                        vehicle.start.north_m, vehicle.start.east_m, height_text(vehicle.start.height), vehicle.yaw_deg,
-                        vehicle.airspeed_mps);
-    text +=
-        fmt::format("    turn_radius_m: {}\n    repeat_mission: {}\n", vehicle.turn_radius_m, vehicle.repeat_mission);
-    if (!vehicle.mission.empty()) text += "    mission:\n";
-    for (const WaypointSetup& w : vehicle.mission)
-      text +=
-          fmt::format("      - {{north_m: {}, east_m: {}, height: {}}}\n", w.north_m, w.east_m, height_text(w.height));
-  }
-  if (!vehicle.sensors.empty()) text += "    sensors:\n";
-  for (const auto& [name, sensor] : vehicle.sensors)
-    text += fmt::format("      {}: {}\n", yaml_quoted(name), sensor_text(run, sensor));
-  return text;
-}
-
 }  // namespace
 
 render::Mount SensorSetup::mount() const {
@@ -310,33 +275,6 @@ Result<RunFile> read_run_file(const std::filesystem::path& path) {
   read_run(*yaml, run);
   if (auto ok = yaml->finish(); !ok) return fail(ok);
   return run;
-}
-
-std::string to_yaml(const RunFile& run) {
-  std::string text =
-      fmt::format("seed: {}\nepoch_utc: {}\nduration_s: {}\n", run.seed, yaml_quoted(run.epoch_utc), run.duration_text);
-  text += "scene:\n";
-  if (run.scene.origin)
-    text += fmt::format("  origin: {{lat_deg: {}, lon_deg: {}, height: {}}}\n", run.scene.origin->lat_deg,
-                        run.scene.origin->lon_deg, height_text(run.scene.origin->height));
-  text += fmt::format("  surface: {}\n  ground: {}\n  layers:\n", to_string(run.scene.surface),
-                      height_text(run.scene.ground));
-  for (const auto& [name, map] : run.scene.layers)
-    text += fmt::format("    {}: {}\n", yaml_quoted(name), map_text(run, map));
-  if (!run.scene.onboard.empty()) text += "  onboard:\n";
-  for (const auto& [name, map] : run.scene.onboard)
-    text += fmt::format("    {}: {}\n", yaml_quoted(name), map_text(run, map));
-  text += fmt::format("environment:\n  earth: {}\n  wind: {{north_mps: {}, east_mps: {}, down_mps: {}}}\n",
-                      run.flat_earth ? "flat" : "wgs84", run.wind_north_mps, run.wind_east_mps, run.wind_down_mps);
-  text += fmt::format("render: {{quality: {}, geometry_tolerance_px: {}}}\nvehicles:\n", render::to_string(run.quality),
-                      run.geometry_tolerance_px);
-  for (const auto& [name, vehicle] : run.vehicles)
-    text += fmt::format("  {}:\n{}", yaml_quoted(name), vehicle_text(run, vehicle));
-  text += fmt::format(
-      "record: {{frames: {}, telemetry: {}, telemetry_rate_hz: {}, report: {}, truth_rows: {}, truth_planes: {}}}\n",
-      run.record_frames, run.record_telemetry ? "csv" : "none", run.telemetry_rate_text, run.record_report,
-      run.record_truth_rows, run.record_truth_planes);
-  return text;
 }
 
 namespace {

@@ -9,6 +9,7 @@
 #include "frame_paths.h"
 #include "nadir/base/files.h"
 #include "nadir/record/image_files.h"
+#include "nadir/record/time_budget_record.h"
 #include "nadir/record/truth_plane_file.h"
 
 namespace nadir::record {
@@ -66,7 +67,7 @@ Result<void> clear_dataset(const fs::path& folder, bool force) {
   std::error_code error;
   if (!fs::exists(folder / "frames.jsonl", error)) return {};  // somebody else's files stay
   for (const char* name : {"frames", "telemetry", "truth_rows", "pictures", "camera", "frames.jsonl",
-                           "footprints.geojson", "report.html", "run.yaml"})
+                           "footprints.geojson", time_budgets_file, "report.html", "run.yaml"})
     fs::remove_all(folder / name, error);
   return {};
 }
@@ -93,6 +94,10 @@ Result<Dataset> Dataset::create(const fs::path& folder, bool force) {
 
 Result<void> Dataset::add_camera(const std::string& vehicle, const render::Camera& camera) {
   return write_file(folder_ / "camera" / vehicle / (camera.name() + ".yaml"), camera.to_yaml());
+}
+
+Result<void> Dataset::write_time_budgets(const std::vector<std::string>& lines) {
+  return write_file(folder_ / time_budgets_file, fmt::format("{}\n", fmt::join(lines, "\n")));
 }
 
 Result<void> Dataset::add(render::Frame frame, std::int64_t time_ns, const std::string& vehicle, bool masks,

@@ -99,6 +99,7 @@ Json settings(const render::Truth& t) {
           {"levels", levels},
           {"filter", render::to_string(t.filter)},
           {"oversampling", t.oversampling},
+          {"adaptive", t.adaptive},
           {"tiles", t.tiles},
           {"undersampled", t.undersampled},
           {"coarse", or_null(t.coarse, [](const render::CoarseFill& c) {

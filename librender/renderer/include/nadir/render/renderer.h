@@ -43,7 +43,8 @@ struct RenderOptions {
   /// the promise of the same bytes, and say what of them is coarse (Truth::coarse). A layer of role Labels waits unless
   /// its map says that it holds labels, as nadir build has it say, which never blends them.
   bool allow_coarse = false;
-  bool explain = false;  // fill in Frame::explanation
+  bool explain = false;   // fill in Frame::explanation
+  bool adaptive = false;  // noted in Truth: the way of sampling hangs on how long earlier frames took
 };
 
 struct RendererOptions {

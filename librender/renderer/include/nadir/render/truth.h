@@ -67,6 +67,7 @@ struct Truth {
   Quality quality = Quality::balanced;
   Filter filter = Filter::Mip;
   double oversampling = 1;  // of Mip and Reference: see Sampling
+  bool adaptive = false;    // chosen from how long earlier frames took: see AdaptiveQuality
   int finest_level = 0, coarsest_level = 0;
   std::int64_t tiles = 0;            // cells sampled from
   std::optional<CoarseFill> coarse;  // where that was allowed; of the instants of an exposure, the greatest

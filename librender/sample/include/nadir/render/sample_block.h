@@ -67,7 +67,7 @@ struct BlockSampling {
 /// Integers are rounded to nearest, ties up, and held within their type's range, which Cubic may leave. Error before
 /// that, against samples in exact arithmetic: of bytes, Bilinear, 0.016 for a sample of one level (fractions of 15 bits
 /// and sums in units of 1/128; with levels blended 0.028); of all else what single precision leaves, under 1e-6 of the
-/// greatest texel.
+/// greatest texel. Where samples lie is off by 2.3e-5 texels of their level at most.
 void sample_block(const BlockSampling& block, const tile::CellSource& source, void* out, std::uint8_t* validity,
                   std::size_t stride_px);
 

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "nadir/render/renderer.h"
+#include "nadir/render/time_budget.h"
 #include "nadir/sim/pose_source.h"
 #include "nadir/sim/run_file.h"
 #include "nadir/sim/sink.h"
@@ -21,7 +22,8 @@ struct PreparedSensor {
   SensorSetup setup;
   render::Camera camera;
   geodesy::Pose<geodesy::frame::Body, geodesy::frame::Camera> body_from_camera;
-  render::Scene scene;  // with one layer, of the sensor's name
+  render::Scene scene;                          // with one layer, of the sensor's name
+  std::optional<render::FittedQuality> fitted;  // of its time budget, once that is resolved
 };
 
 struct PreparedVehicle {
@@ -33,6 +35,7 @@ struct PreparedVehicle {
 struct RunSummary {
   std::int64_t frames = 0, rejected = 0;
   std::int64_t coarse = 0;                            // frames with pixels from coarser levels than planned
+  std::int64_t late = 0;                              // frames over their sensor's time budget
   std::size_t damaged = 0;                            // frames that saw damaged tiles
   std::set<std::string> damage;                       // those tiles, each once
   double seconds = 0;                                 // of the machine's clock
@@ -52,9 +55,16 @@ class Run {
   const std::vector<std::pair<std::string, tile::Map>>& layers() const { return layers_; }
   const std::vector<std::pair<std::string, tile::Map>>& onboard() const { return onboard_; }
 
-  /// Flies it once. `render_frames`: else only states are told. `pace`: as Scheduler::run has it.
+  /// Resolves the time budgets of sensors, by rendering a few frames spread over the flight: those of sensors that are
+  /// not adaptive become settings, of file() too, which then makes the same bytes however long frames take. What is
+  /// resolved stays. `then` takes the frames tried.
+  Result<void> fit_time_budgets(render::Renderer& renderer, const render::TriedFrames& then = {});
+
+  /// Flies it once, with time budgets resolved before the first frame. `render_frames`: else only states are told.
+  /// `pace`: as Scheduler::run has it.
   Result<RunSummary> execute(render::Renderer& renderer, std::span<Sink* const> sinks, bool render_frames, double pace);
 
+  /// Of a sensor that is adaptive, all but the way of sampling.
   render::RenderOptions render_options(const PreparedSensor& sensor) const;
 
  private:

@@ -60,6 +60,11 @@ struct SensorSetup {
   double fill_value = 0;
   render::Shutter shutter;
   bool allow_coarse = false;  // frames that do not wait for map tiles, and that no replay gives again
+  std::optional<render::Quality> quality;  // else the run's
+  std::optional<double> oversampling;      // else the quality's
+  std::optional<double> time_budget_ms;    // of a frame; chooses quality and oversampling: Run::fit_time_budgets
+  bool adaptive = false;                   // chooses them anew for each frame, and no longer the same in each run
+  std::optional<double> fitted_to_ms;      // the budget that they were resolved from; decides nothing
 
   render::Mount mount() const;
 };

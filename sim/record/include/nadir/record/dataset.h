@@ -41,6 +41,8 @@ class Dataset {
   Dataset& operator=(Dataset&&) = default;
 
   Result<void> add_camera(const std::string& vehicle, const render::Camera& camera);
+  /// Lines of `time_budget_record`, all at once.
+  Result<void> write_time_budgets(const std::vector<std::string>& lines);
 
   /// Each layer is a sensor of that name. `masks`: write masks; else invalid pixels stand as they are. `planes`: of the
   /// frame's pose, which all layers share: one file, in the first one's folder, that the records of all name.

@@ -1,0 +1,19 @@
+#include "nadir/sim/rehearsal.h"
+
+namespace nadir::sim {
+
+Result<void> Rehearsal::on_frame(const FrameEvent& event) {
+  const PreparedSensor* sensor = &run_.sensor(event.vehicle, event.sensor);
+  Exposures& exposures = sensors_[static_cast<std::size_t>(sensor - run_.sensors().data())];
+  if (exposures.count++ % exposures.stride != 0) return {};
+  exposures.kept.push_back({event.state, event.truth});
+  if (exposures.kept.size() < 16 * least_) return {};
+
+  // Half of them make room, and from here on half as many are kept
+  for (std::size_t i = 0; 2 * i < exposures.kept.size(); ++i) exposures.kept[i] = std::move(exposures.kept[2 * i]);
+  exposures.kept.resize((exposures.kept.size() + 1) / 2);
+  exposures.stride *= 2;
+  return {};
+}
+
+}  // namespace nadir::sim
