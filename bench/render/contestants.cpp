@@ -94,7 +94,12 @@ Method method_of(const std::shared_ptr<const ViewSetting>& setting, const Contes
     return method;
   }
   const std::shared_ptr<PeerProcess> peer = *started;
-  method.told = [=] { return peer->frame(setting->index); };
+  // Threads that slept while others had their turn may find no core of their own for the length of a frame
+  method.told = [=]() -> Result<Usage> {
+    if (threads > 1)
+      if (const auto awake = peer->frame(setting->index); !awake) return awake;
+    return peer->frame(setting->index);
+  };
   const auto found = std::make_shared<Result<FrameErrors>>();
   method.counters = [=]() -> std::map<std::string, std::string> {
     auto frame = peer->samples(setting->scratch);

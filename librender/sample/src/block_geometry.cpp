@@ -38,39 +38,44 @@ void BlockGeometry::given_row(int x, int y, int count, const Eigen::Vector2d& of
   }
 }
 
-std::optional<PatchRow> patch_row(const RowPath& path, double first, int count, const PatchFrame& frame) {
-  const double half = (count - 1) / 2.0, middle = first + half;
-  const double w = path.w0 + middle * path.w1, turn = path.w1 / w;
-  constexpr double most_turn = 0.5, most_col = 1 << 15;
-  bool fits = std::abs(turn) * half <= most_turn;  // false where it is not a number
-  struct Axis {
-    std::int32_t whole;
-    float fraction, slope, bend;
+constexpr double most_turn = 0.5;  // of a row's half
+
+void set_middle(const RowPath& path, double first, int count, RowMiddle& middle) {
+  const double half = (count - 1) / 2.0, at = first + half;
+  const double over_w = 1 / (path.w0 + at * path.w1), turn = path.w1 * over_w;
+  middle.turn = turn;
+  middle.half = half;
+  middle.u = (path.u0 + at * (path.u1 + at * path.u2)) * over_w;
+  middle.v = (path.v0 + at * (path.v1 + at * path.v2)) * over_w;
+  middle.slope_u = (path.u1 + 2 * at * path.u2) * over_w - middle.u * turn;
+  middle.slope_v = (path.v1 + 2 * at * path.v2) * over_w - middle.v * turn;
+  middle.bend_u = path.u2 * over_w;
+  middle.bend_v = path.v2 * over_w;
+  middle.gentle = std::abs(turn) * (half + 0.5) <= most_turn;  // false where it is not a number
+}
+
+std::optional<PatchRow> patch_row(const RowMiddle& middle, double first, const PatchFrame& frame) {
+  constexpr double most_col = 1 << 15;
+  const double x = middle.u * frame.scale_x + frame.offset_x, y = middle.v * frame.scale_y + frame.offset_y;
+  const double reach = middle.half + 0.5;
+  const auto way = [&](double slope, double bend, double scale) {
+    return reach * (std::abs(slope) + reach * std::abs(bend)) * scale;
   };
-  const auto axis = [&](double a, double b, double c, double scale, double offset) {
-    const double value = (a + middle * (b + middle * c)) / w;
-    const double slope = ((b + 2 * middle * c) / w - value * turn) * scale, bend = c / w * scale;
-    const double at = value * scale + offset;
-    fits = fits && half * (std::abs(slope) + half * std::abs(bend)) <= most_from_middle * (1 - most_turn) &&
-           std::abs(at) < most_col;
-    if (!fits) return Axis{};
-    const double whole = std::floor(at);
-    return Axis{static_cast<std::int32_t>(whole), static_cast<float>(at - whole), static_cast<float>(slope),
-                static_cast<float>(bend)};
-  };
-  const Axis x = axis(path.u0, path.u1, path.u2, frame.scale_x, frame.offset_x);
-  const Axis y = axis(path.v0, path.v1, path.v2, frame.scale_y, frame.offset_y);
+  const bool fits = middle.gentle && std::abs(x) < most_col && std::abs(y) < most_col &&
+                    way(middle.slope_u, middle.bend_u, frame.scale_x) <= most_from_middle * (1 - most_turn) &&
+                    way(middle.slope_v, middle.bend_v, frame.scale_y) <= most_from_middle * (1 - most_turn);
   if (!fits) return std::nullopt;
-  return PatchRow{x.whole,
-                  y.whole,
-                  x.fraction,
-                  y.fraction,
-                  x.slope,
-                  y.slope,
-                  x.bend,
-                  y.bend,
-                  static_cast<float>(turn),
-                  static_cast<float>(-half)};
+  const auto col = static_cast<std::int32_t>(std::floor(x)), row = static_cast<std::int32_t>(std::floor(y));
+  return PatchRow{col,
+                  row,
+                  static_cast<float>(x - col),
+                  static_cast<float>(y - row),
+                  static_cast<float>(middle.slope_u * frame.scale_x),
+                  static_cast<float>(middle.slope_v * frame.scale_y),
+                  static_cast<float>(middle.bend_u * frame.scale_x),
+                  static_cast<float>(middle.bend_v * frame.scale_y),
+                  static_cast<float>(middle.turn),
+                  static_cast<float>(first - middle.half)};
 }
 
 Eigen::AlignedBox2d BlockGeometry::bounds(const Part& part, const SampleSpan& span) const {

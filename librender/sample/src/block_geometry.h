@@ -44,7 +44,18 @@ class BlockGeometry {
   const BlockSampling& block_;
 };
 
-/// `count` pixels of a path, the first at `first`, in a patch. Empty where single precision would not do.
-std::optional<PatchRow> patch_row(const RowPath& path, double first, int count, const PatchFrame& frame);
+/// A row of pixels about its middle: texels u + d (slope_u + d bend_u) / (1 + d turn), v likewise, d counting pixels
+/// from there.
+struct RowMiddle {
+  double u = 0, v = 0, slope_u = 0, slope_v = 0, bend_u = 0, bend_v = 0, turn = 0;
+  double half = 0;     // greatest d of a pixel's centre
+  bool gentle = true;  // no pole near, and all of it numbers
+};
+/// Of `count` pixels, the first one's centre at `first`. Written in place, as paths are.
+void set_middle(const RowPath& path, double first, int count, RowMiddle& middle);
+
+/// Points a pixel apart in a patch, the first of them `first` from the first pixel's centre, the last within half a
+/// pixel of the last one's. Empty where single precision would not do.
+std::optional<PatchRow> patch_row(const RowMiddle& middle, double first, const PatchFrame& frame);
 
 }  // namespace nadir::render

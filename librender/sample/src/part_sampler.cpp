@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <limits>
 
 #include "row_math.h"
 
@@ -206,6 +207,7 @@ void PartSampler<T, Value>::sample_by_samples(const Part& part, const LevelRange
 template <class T, class Value>
 void PartSampler<T, Value>::start(const Row& row) {
   first_sample_ = true;
+  path_y_ = std::numeric_limits<double>::quiet_NaN();
   segments_.clear();
   if (levels_.first == levels_.last) {
     segments_.push_back({0, row.count, levels_.first, false});
@@ -235,7 +237,11 @@ template <class T, class Value>
 void PartSampler<T, Value>::take_up(const Row& row, const Eigen::Vector2d& offset) {
   offset_ = offset;
   projected_ = false;
-  if (geometry_.has_paths()) geometry_.set_path(row.y + offset.y(), path_);
+  const double y = row.y + offset.y();
+  if (!geometry_.has_paths() || y == path_y_) return;
+  path_y_ = y;
+  geometry_.set_path(y, path_);
+  set_middle(path_, row.x + 0.5, row.count, middle_);
 }
 
 template <class T, class Value>
@@ -254,7 +260,7 @@ void PartSampler<T, Value>::place(const Row& row, const Segment& segment, int le
   const int count = segment.end - segment.first;
   const PatchFrame& frame = scratch_.frames[static_cast<std::size_t>(level)];
   if (geometry_.has_paths() && !nearest)
-    if (const auto in_patch = patch_row(path_, row.x + segment.first + offset_.x(), count, frame))
+    if (const auto in_patch = patch_row(middle_, segment.first + offset_.x() - 0.5, frame))
       return (fixed ? kernels_.place_row_fixed : kernels_.place_row)(*in_patch, frame, count, places);
   project(row);
   (fixed && !nearest ? kernels_.place_fixed : kernels_.place)(scratch_.u + segment.first, scratch_.v + segment.first,

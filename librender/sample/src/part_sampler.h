@@ -116,7 +116,9 @@ class PartSampler {
   Value shares_[row_room_px] = {}, shares4_[4 * row_room_px] = {};
   bool first_sample_ = true;
   Eigen::Vector2d offset_ = Eigen::Vector2d::Zero();  // of the samples in hand, from their pixels' corners
+  double path_y_ = 0;                                 // of the path in hand; NaN without one
   RowPath path_;                                      // of them, where the block has paths
+  RowMiddle middle_;                                  // likewise
   bool projected_ = false;                            // to scratch_.u and v
   std::uint8_t valid_[row_px] = {};
 };
