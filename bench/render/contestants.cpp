@@ -94,10 +94,9 @@ Method method_of(const std::shared_ptr<const ViewSetting>& setting, const Contes
     return method;
   }
   const std::shared_ptr<PeerProcess> peer = *started;
-  // Threads that slept while others had their turn may find no core of their own for the length of a frame
+  // While others have their turn, threads sleep, and memory leaves the caches, or the machine: a frame brings them back
   method.told = [=]() -> Result<Usage> {
-    if (threads > 1)
-      if (const auto awake = peer->frame(setting->index); !awake) return awake;
+    if (const auto awake = peer->frame(setting->index); !awake) return awake;
     return peer->frame(setting->index);
   };
   const auto found = std::make_shared<Result<FrameErrors>>();
