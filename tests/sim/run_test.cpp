@@ -82,7 +82,7 @@ class FlownRun : public testing::Test {
   Result<sim::Run> prepare(const std::string& vehicles, const std::string& duration_s, const std::string& more = "") {
     const auto file = read_run_file(folder.write(
         "run.yaml", fmt::format("duration_s: {}\nscene:\n  ground: 20\n  layers:\n    eo: {{map: m.tif, bands: [4, "
-                                "2]}}\nenvironment: {{wind: {{north_mps: 3, east_mps: -2}}}}\n{}vehicles:\n{}",
+                                "2]}}\nair: {{wind: {{from_deg: 146, speed_mps: 3.6}}}}\n{}vehicles:\n{}",
                                 duration_s, more, vehicles)));
     if (!file) return fail(file);
     return sim::Run::prepare(*file);
