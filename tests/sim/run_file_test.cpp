@@ -351,9 +351,10 @@ TEST_F(RunFileText, EveryFaultOfTheAirIsToldWithItsLine) {
   EXPECT_EQ(of("from_deg: 270, ", ""), "run.yaml:5: expected the key 'air.wind.from_deg'");
   EXPECT_EQ(of("roughness_m: 0.05", "roughness_m: 12"),
             "run.yaml:6: 'air.shear.roughness_m': expected less than reference_m, 12, found 12");
-  EXPECT_EQ(of("duration_s: 1", "environment: {earth: flat}\nduration_s: 1"),
-            "run.yaml:12: 'air.atmosphere': has no effect over a flat Earth, whose density is constant: leave one of them "
-            "out");
+  EXPECT_EQ(
+      of("duration_s: 1", "environment: {earth: flat}\nduration_s: 1"),
+      "run.yaml:12: 'air.atmosphere': has no effect over a flat Earth, whose density is constant: leave one of them "
+      "out");
 }
 
 TEST_F(RunFileText, CutAtAnyByteItIsReadOrRefused) {
