@@ -5,6 +5,8 @@
 
 #include <array>
 #include <map>
+#include <string>
+#include <vector>
 
 #include "nadir/sim/run.h"
 #include "support/scene.h"
@@ -47,6 +49,15 @@ struct Recorder final : Sink {
   }
 };
 
+inline bool same(const VehicleState& a, const VehicleState& b) {
+  return a.time_ns == b.time_ns && a.ecef_from_body.origin == b.ecef_from_body.origin &&
+         a.ecef_from_body.rotation.coeffs() == b.ecef_from_body.rotation.coeffs() &&
+         a.flight.has_value() == b.flight.has_value() &&
+         (!a.flight ||
+          (a.flight->velocity_ned_mps == b.flight->velocity_ned_mps && a.flight->throttle == b.flight->throttle &&
+           a.flight->off_path_right_m == b.flight->off_path_right_m));
+}
+
 class FlownRun : public testing::Test {
  protected:
   FlownRun() {
@@ -74,8 +85,8 @@ class FlownRun : public testing::Test {
   Result<sim::Run> prepare(const std::string& vehicles, const std::string& duration_s, const std::string& more = "") {
     const auto file = read_run_file(folder.write(
         "run.yaml", fmt::format("duration_s: {}\nscene:\n  ground: 20\n  layers:\n    eo: {{map: m.tif, bands: [4, "
-                                "2]}}\nenvironment: {{wind: {{north_mps: 3, east_mps: -2}}}}\n{}vehicles:\n{}",
-                                duration_s, more, vehicles)));
+                                "2]}}\n{}{}vehicles:\n{}",
+                                duration_s, air, more, vehicles)));
     if (!file) return fail(file);
     return sim::Run::prepare(*file);
   }
@@ -92,6 +103,7 @@ class FlownRun : public testing::Test {
     return recorder;
   }
   test::TemporaryFolder folder;
+  std::string air = "air: {wind: {from_deg: 146, speed_mps: 3.6}}\n";
 };
 
 }  // namespace nadir::sim

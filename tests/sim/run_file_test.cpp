@@ -23,7 +23,7 @@ scene:
     eo:  {map: spain_s2.tif, role: optical, bands: [4, 3, B2]}
     sar: {map: /maps/spain_s1.tif, role: radar, bands: [VV], radar_scale: decibel}
   onboard: {eo_ref: {map: "spain 2018.tif", role: optical}}
-environment: {earth: flat, wind: {north_mps: -2, east_mps: 0.1, down_mps: 1e-3}}
+environment: {earth: flat}
 render: {quality: best, geometry_tolerance_px: 0.2}
 vehicles:
   plane1:
@@ -40,6 +40,7 @@ vehicles:
     poses: flown.csv
 record: {frames: false, telemetry: none, telemetry_rate_hz: 0.5, report: false, truth_rows: true, truth_planes: true}
 duration_s: 60.000000001
+air: {wind: {from_deg: 187.1, speed_mps: 8.3, up_mps: 1e-3}, shear: {law: power, exponent: 0.2}, turbulence: {intensity: severe}}
 )";
 
 constexpr const char* small_run = R"(duration_s: 1
@@ -95,7 +96,7 @@ TEST_F(RunFileText, EveryKeyArrivesWhereItBelongs) {
   ASSERT_EQ(run.scene.onboard.size(), 1u) << "the onboard reference is no sensor source";
   EXPECT_EQ(run.scene.onboard[0].second.map, "spain 2018.tif");
   EXPECT_TRUE(run.flat_earth);
-  EXPECT_EQ(run.wind_down_mps, 1e-3);
+  EXPECT_EQ(run.air.wind_up_mps, 1e-3);
   EXPECT_EQ(run.quality, render::Quality::best);
   EXPECT_EQ(run.geometry_tolerance_px, 0.2);
 
@@ -183,7 +184,7 @@ TEST_F(RunFileText, WrittenBackAndReadAgainNothingChanges) {
         EXPECT_EQ(b.sensors[s].second.fitted_to_ms, a.sensors[s].second.fitted_to_ms);
       }
     }
-    EXPECT_EQ(second->wind_down_mps, first.wind_down_mps);
+    EXPECT_EQ(second->air.wind_from_deg, first.air.wind_from_deg);
   }
 }
 
@@ -293,11 +294,100 @@ TEST_F(RunFileText, ValuesThatCannotBeAreRefused) {
   EXPECT_NE(said("duration_s: 60.000000001", "duration_s: 1e2").find("'duration_s'"), std::string::npos);
 }
 
+constexpr const char* windy_run = R"(duration_s: 1
+scene: {layers: {eo: {map: m.tif}}}
+vehicles: {p: {start: {height: 100 agl}}}
+air:
+  wind: {from_deg: 270, speed_mps: 7.5, up_mps: -0.25}
+  shear: {law: logarithmic, reference_m: 12, roughness_m: 0.05, top_m: 250}
+  gusts:
+    - {start_s: 3.5, speed_mps: 6, gradient_m: 30, towards: up}
+    - {start_s: 9, speed_mps: 4, gradient_m: 12.5, towards: left, shape: step}
+  turbulence: {wind_at_20ft_mps: 9.1}
+  atmosphere: {temperature_offset_k: 15.5, pressure_offset_pa: -900}
+  field: {map: wind.tif, bands: [U10, V10], outside: calm}
+)";
+
+TEST_F(RunFileText, AirArrivesWhereItBelongsAndComesBackWhenWritten) {
+  const RunFile run = read(windy_run).value();
+  const test::TemporaryFolder elsewhere;
+  const RunFile replay = read_run_file(elsewhere.write("replay.yaml", to_yaml(run))).value();
+  EXPECT_EQ(to_yaml(replay), to_yaml(run));
+  EXPECT_EQ(replay.resolve(replay.air.field->map), run.resolve(run.air.field->map));
+  for (const AirSetup& air : {run.air, replay.air}) {
+    EXPECT_EQ(air.wind_from_deg, 270);
+    EXPECT_EQ(air.wind_speed_mps, 7.5);
+    EXPECT_EQ(air.wind_up_mps, -0.25);
+    EXPECT_EQ(air.shear.law, Shear::Law::Logarithmic);
+    EXPECT_EQ(air.shear.reference_m, 12);
+    EXPECT_EQ(air.shear.roughness_m, 0.05);
+    EXPECT_EQ(air.shear.top_m, 250);
+    ASSERT_EQ(air.gusts.size(), 2u);
+    EXPECT_EQ(air.gusts[0].start_s, 3.5);
+    EXPECT_EQ(air.gusts[0].shape, Gust::Shape::Pulse);
+    EXPECT_EQ(air.gusts[0].towards, Gust::Towards::Up);
+    EXPECT_EQ(air.gusts[1].gradient_m, 12.5);
+    EXPECT_EQ(air.gusts[1].shape, Gust::Shape::Step);
+    EXPECT_EQ(air.gusts[1].towards, Gust::Towards::Left);
+    EXPECT_EQ(air.turbulence->wind_at_20ft_mps(), 9.1);
+    EXPECT_EQ(air.atmosphere.temperature_k, 15.5);
+    EXPECT_EQ(air.atmosphere.pressure_pa, -900);
+    EXPECT_EQ(air.field->bands, (std::vector<std::string>{"U10", "V10"}));
+    EXPECT_EQ(air.field->outside, MapWind::Outside::Calm);
+  }
+  const RunFile still = read(small_run).value();
+  EXPECT_EQ(still.air.wind_speed_mps, 0);
+  EXPECT_EQ(still.air.shear.law, Shear::Law::None);
+  EXPECT_TRUE(still.air.gusts.empty());
+  EXPECT_FALSE(still.air.turbulence || still.air.field);
+}
+
+TEST_F(RunFileText, EveryFaultOfTheAirIsToldWithItsLine) {
+  std::string text = windy_run;
+  for (const auto& [what, with] : {std::pair("speed_mps: 7.5", "speed_mps: 750"),
+                                   {"law: logarithmic", "law: logaritmic"},
+                                   {"top_m: 250", "top_m: 2"},
+                                   {"gradient_m: 30", "gradient_m: 0"},
+                                   {"towards: left", "towards: north"},
+                                   {"{wind_at_20ft_mps: 9.1}", "{wind_at_20ft_mps: -9.1, intensity: rough}"},
+                                   {"temperature_offset_k: 15.5", "temperature_offset_k: 288"},
+                                   {"bands: [U10, V10]", "bands: [U10]"},
+                                   {"outside: calm", "outsid: calm"}})
+    text = replaced(text, what, with);
+  const std::string said = message(text);
+  for (const char* part :
+       {"run.yaml:5: 'air.wind.speed_mps': expected a number from 0 to 200, found 750",
+        "run.yaml:6: 'air.shear.law': no law of shear 'logaritmic'; did you mean 'logarithmic'?",
+        "run.yaml:6: 'air.shear.top_m': expected at least reference_m, 12, found 2",
+        "run.yaml:8: 'air.gusts[0].gradient_m': expected a positive number, found 0",
+        "run.yaml:9: 'air.gusts[1].towards': no direction of a gust 'north'",
+        "run.yaml:10: 'air.turbulence.wind_at_20ft_mps': expected a number from 0 to 200, found -9.1",
+        "run.yaml:10: 'air.turbulence.wind_at_20ft_mps': expected it or intensity, found both",
+        "run.yaml:10: 'air.turbulence.intensity': no intensity of turbulence 'rough'",
+        "run.yaml:11: 'air.atmosphere.temperature_offset_k': temperature: expected at most 60 K",
+        "run.yaml:12: 'air.field.bands': expected two, wind towards east and towards north, found 1",
+        "run.yaml:12: unknown key 'air.field.outsid'; did you mean 'outside'?"})
+    EXPECT_NE(said.find(part), std::string::npos) << part << "\nin\n" << said;
+  EXPECT_EQ(std::count(said.begin(), said.end(), '\n'), 10) << "one line each:\n" << said;
+
+  const auto of = [&](const std::string& what, const std::string& with) {
+    return message(replaced(windy_run, what, with));
+  };
+  EXPECT_EQ(of("{wind_at_20ft_mps: 9.1}", "{}"), "run.yaml:10: expected the key 'air.turbulence.intensity'");
+  EXPECT_EQ(of("from_deg: 270, ", ""), "run.yaml:5: expected the key 'air.wind.from_deg'");
+  EXPECT_EQ(of("roughness_m: 0.05", "roughness_m: 12"),
+            "run.yaml:6: 'air.shear.roughness_m': expected less than reference_m, 12, found 12");
+  EXPECT_EQ(
+      of("duration_s: 1", "environment: {earth: flat}\nduration_s: 1"),
+      "run.yaml:12: 'air.atmosphere': has no effect over a flat Earth, whose density is constant: leave one of them "
+      "out");
+}
+
 TEST_F(RunFileText, CutAtAnyByteItIsReadOrRefused) {
   const std::string text = full_run;
   int refused = 0;
   for (std::size_t n = 0; n < text.size(); n += 7) refused += !read(text.substr(0, n));
-  EXPECT_GT(refused, static_cast<int>(text.size()) / 7 - 5) << "duration_s comes last, so nearly every cut loses it";
+  EXPECT_GT(refused, static_cast<int>(text.find("air:")) / 7 - 5) << "nearly every cut before it loses duration_s";
 }
 
 TEST_F(RunFileText, AFileThatIsNotThereIsNamed) {

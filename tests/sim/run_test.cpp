@@ -1,19 +1,12 @@
 // Whole runs on small maps: what cameras see, when, and that parts of a run do not disturb each other.
+#include <gtest/gtest.h>
+
 #include <cmath>
 
-#include "flown_run.h"
+#include "sim/flown_run.h"
 
 namespace nadir::sim {
 namespace {
-
-bool same(const VehicleState& a, const VehicleState& b) {
-  return a.time_ns == b.time_ns && a.ecef_from_body.origin == b.ecef_from_body.origin &&
-         a.ecef_from_body.rotation.coeffs() == b.ecef_from_body.rotation.coeffs() &&
-         a.flight.has_value() == b.flight.has_value() &&
-         (!a.flight ||
-          (a.flight->velocity_ned_mps == b.flight->velocity_ned_mps && a.flight->throttle == b.flight->throttle &&
-           a.flight->off_path_right_m == b.flight->off_path_right_m));
-}
 
 TEST_F(FlownRun, AFrameBetweenTwoStepsOfTheMotionHasThePoseOfItsOwnTime) {
   // 1100 Hz against 400 Hz steps: exposures at every part of a step. The motion is smooth, so a pose lies between its

@@ -5,6 +5,7 @@
 #include <cassert>
 #include <cmath>
 
+#include "nadir/sim/air_along_path.h"
 #include "nadir/sim/autopilot.h"
 #include "nadir/sim/mission.h"
 #include "nadir/sim/pose_file.h"
@@ -17,16 +18,16 @@ using namespace geodesy;
 
 const Rate dynamics_rate{400, 1'000'000'000}, control_rate{100, 1'000'000'000};
 constexpr double control_s = 0.01;
+static_assert(AirAlongPath::period_ns == 10'000'000, "the air is sampled with the control");
 constexpr std::int64_t step_ns = 2'500'000;
 
 class Flight final : public PoseSource {
  public:
-  Flight(const FixedWing& vehicle, const Environment& environment, const Eigen::Vector3d& wind_ned_mps,
-         const LocalFrame& scene, const FixedWingState& state, const Trim& level, const FeedForward& feed_forward,
-         Mission mission)
+  Flight(const FixedWing& vehicle, const Environment& environment, AirAlongPath air, const LocalFrame& scene,
+         const FixedWingState& state, const Trim& level, const FeedForward& feed_forward, Mission mission)
       : vehicle_(vehicle),
         environment_(environment),
-        wind_ned_mps_(wind_ned_mps),
+        air_(std::move(air)),
         scene_(scene),
         before_(state),
         state_(state),
@@ -35,8 +36,9 @@ class Flight final : public PoseSource {
         mission_(std::move(mission)) {}
 
   void schedule(Scheduler& scheduler) override {
-    scheduler.add(Scheduler::Stage::Decide, control_rate, [this](std::int64_t) -> Result<void> {
-      const Navigation now = true_navigation(state_, environment_, wind_ned_mps_, scene_);
+    scheduler.add(Scheduler::Stage::Decide, control_rate, [this](std::int64_t time_ns) -> Result<void> {
+      if (auto ok = air_.advance(environment_, {state_.position, state_.velocity}); !ok) return ok;
+      const Navigation now = true_navigation(state_, environment_, air_at(time_ns).velocity_ned_mps, scene_);
       const Path& path = mission_.path_at(now);
       guidance_ = follow(path, now, PathGains{});
       off_path_ = path_error(path, now);
@@ -66,13 +68,14 @@ class Flight final : public PoseSource {
     VehicleState state = vehicle_state(time_ns, {now.ecef_from_body.quaternion, now.position.xyz});
     const Eigen::Vector3d earth_rate = environment_.at(now.position).earth_rate_ecef_radps;
     state.twist = {now.velocity.xyz, now.body_rates_radps - now.ecef_from_body.quaternion.conjugate() * earth_rate};
-    const AirData air = air_data(now, environment_, wind_ned_mps_);
-    const Loads load = loads(vehicle_, environment_, now, controls_, wind_ned_mps_);
+    const AirMotion moving = air_at(time_ns);
+    const AirData air = air_data(now, environment_, moving);
+    const Loads load = loads(vehicle_, environment_, now, controls_, moving);
     FlightData flight;
     flight.velocity_ned_mps = ecef_from_ned(state.place).rotation.conjugate() * now.velocity.xyz;
     flight.rates_radps = now.body_rates_radps;
     flight.specific_force_mps2 = load.force_body_n / vehicle_.mass_kg;
-    flight.wind_ned_mps = wind_ned_mps_;
+    flight.wind_ned_mps = moving.velocity_ned_mps;
     flight.airspeed_mps = air.airspeed_mps;
     flight.alpha_rad = air.alpha_rad;
     flight.beta_rad = air.beta_rad;
@@ -90,13 +93,15 @@ class Flight final : public PoseSource {
  private:
   /// `from`, the state at `from_ns`, some time later.
   Result<FixedWingState> moved(const FixedWingState& from, std::int64_t from_ns, std::int64_t duration_ns) const {
-    return advance(vehicle_, environment_, from, controls_, wind_ned_mps_, static_cast<double>(from_ns) * 1e-9,
+    return advance(vehicle_, environment_, from, controls_, air_.air(), static_cast<double>(from_ns) * 1e-9,
                    static_cast<double>(duration_ns) * 1e-9);
   }
 
+  AirMotion air_at(std::int64_t time_ns) const { return air_.air().at(static_cast<double>(time_ns) * 1e-9); }
+
   const FixedWing vehicle_;
   const Environment environment_;
-  const Eigen::Vector3d wind_ned_mps_;
+  AirAlongPath air_;
   const LocalFrame scene_;
   FixedWingState before_, state_;  // at the beginning and at the end of the step under way
   std::int64_t before_time_ns_ = 0, state_time_ns_ = 0;
@@ -163,9 +168,38 @@ Result<Waypoint> in_scene(const WaypointSetup& setup, const render::Surface& gro
   return Waypoint{setup.north_m, setup.east_m, *height_m};
 }
 
+/// Of a place, along the normal of the ground.
+double height_above_ground_m(const render::Surface& ground, const Point<frame::Ecef>& place) {
+  if (ground.plane()) return (ground.frame().enu_from_ecef() * place).xyz.z() - ground.up_m();
+  return geodetic_from_ecef(place).height_m - ground.height_m();
+}
+
+/// What moves the air around one vehicle. Its turbulence is its own, by its name.
+Result<AirParts> make_air(const RunFile& run, const std::string& name, double span_m, const render::Surface& ground) {
+  const AirSetup& air = run.air;
+  AirParts parts;
+  parts.height_above_ground_m = [ground](const Point<frame::Ecef>& place) {
+    return height_above_ground_m(ground, place);
+  };
+  parts.sources.push_back(std::make_unique<SteadyWind>(
+      wind_towards_ned_mps(to_radians(air.wind_from_deg), air.wind_speed_mps, air.wind_up_mps), air.shear));
+  if (air.field) {
+    auto map = tile::Map::open(run.resolve(air.field->map).string());
+    if (!map) return fail(map.error().kind, fmt::format("air.field: {}", map.error().message));
+    auto wind = MapWind::create(std::move(*map), air.field->bands, air.field->outside);
+    if (!wind) return fail(wind.error().kind, fmt::format("air.field: {}", wind.error().message));
+    parts.sources.push_back(std::make_unique<MapWind>(std::move(*wind)));
+  }
+  parts.gusts = air.gusts;
+  if (air.turbulence)
+    parts.turbulence =
+        Turbulence(air.turbulence->wind_at_20ft_mps(), span_m, RandomStream(run.seed, "turbulence/" + name));
+  return parts;
+}
+
 }  // namespace
 
-Result<std::unique_ptr<PoseSource>> make_flight(const RunFile& run, const VehicleSetup& setup,
+Result<std::unique_ptr<PoseSource>> make_flight(const RunFile& run, const std::string& name, const VehicleSetup& setup,
                                                 const render::Surface& ground) {
   const FixedWing vehicle = aerosonde();
   const auto start = in_scene(setup.start, ground);
@@ -183,7 +217,8 @@ Result<std::unique_ptr<PoseSource>> make_flight(const RunFile& run, const Vehicl
     if (!geoid_m) return fail(geoid_m);
     sea_level_m = *geoid_m;
   }
-  const Environment environment = run.flat_earth ? Environment::flat(scene.origin()) : Environment::wgs84(sea_level_m);
+  const Environment environment = run.flat_earth ? Environment::flat(scene.origin())
+                                                 : Environment::wgs84(sea_level_m, Atmosphere(run.air.atmosphere));
   const auto level = trim(vehicle, {.airspeed_mps = setup.airspeed_mps}, environment, place);
   if (!level) return fail(level);
   const Surroundings here = environment.at(ecef_from_geodetic(place));
@@ -206,9 +241,14 @@ Result<std::unique_ptr<PoseSource>> make_flight(const RunFile& run, const Vehicl
                                  setup.repeat_mission ? AfterMission::Repeat : AfterMission::Circle);
   if (!mission) return fail(mission);
 
-  const Eigen::Vector3d wind(run.wind_north_mps, run.wind_east_mps, run.wind_down_mps);
-  const FixedWingState state = trimmed_state(*level, environment, place, yaw_rad, wind);
-  return std::make_unique<Flight>(vehicle, environment, wind, scene, state, *level, *forward, std::move(*mission));
+  auto parts = make_air(run, name, vehicle.span_m, ground);
+  if (!parts) return fail(parts);
+  auto air = AirAlongPath::start(std::move(*parts), ecef_from_geodetic(place),
+                                 {std::cos(yaw_rad), std::sin(yaw_rad), 0}, setup.airspeed_mps);
+  if (!air) return fail(air);
+  const FixedWingState state = trimmed_state(*level, environment, place, yaw_rad, air->air().end().velocity_ned_mps);
+  return std::make_unique<Flight>(vehicle, environment, std::move(*air), scene, state, *level, *forward,
+                                  std::move(*mission));
 }
 
 Result<std::unique_ptr<PoseSource>> make_recorded_poses(const RunFile& run, const VehicleSetup& setup,

@@ -68,7 +68,7 @@ Result<Run> Run::prepare(const RunFile& file) {
   Run run(file, *ground);
   for (const auto& [name, setup] : file.vehicles) {
     auto source =
-        setup.model == "poses" ? make_recorded_poses(file, setup, *ground) : make_flight(file, setup, *ground);
+        setup.model == "poses" ? make_recorded_poses(file, setup, *ground) : make_flight(file, name, setup, *ground);
     if (!source) return fail(source.error().kind, fmt::format("vehicle {}: {}", name, source.error().message));
     run.vehicles_.push_back({name, std::move(*source)});
     for (const auto& [sensor_name, sensor] : setup.sensors) {

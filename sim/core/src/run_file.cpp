@@ -11,36 +11,16 @@
 #include "nadir/base/files.h"
 #include "nadir/base/text.h"
 #include "nadir/base/yaml.h"
+#include "read_yaml.h"
 
 namespace nadir::sim {
 namespace {
 
 using geodesy::HeightDatum, geodesy::TypedHeight;
 
-/// Takes a key's value into `out` where it is there.
-template <class T>
-void take(std::optional<T> value, T& out) {
-  if (value) out = std::move(*value);
-}
-
-/// A text that `parse` understands, noted as a fault where it does not.
-template <class T, class Parse>
-std::optional<T> parsed(const YamlMap& map, std::string_view key, Parse&& parse) {
-  const auto text = map.text(key);
-  return text ? map.value_of<T>(key, parse(*text)) : std::nullopt;
-}
-
 void take_height(const YamlMap& map, std::string_view key, TypedHeight& out) {
   take(parsed<TypedHeight>(map, key, geodesy::parse_height), out);
 }
-
-std::optional<double> positive(const YamlMap& map, std::string_view key) {
-  const auto value = map.number(key);
-  if (value && !(*value > 0)) map.fault(key, fmt::format("expected a positive number, found {}", *value));
-  return value;
-}
-
-void take_positive(const YamlMap& map, std::string_view key, double& out) { take(positive(map, key), out); }
 
 /// Names become folders and file names.
 void check_name(const YamlMap& parent, const std::string& name) {
@@ -238,11 +218,12 @@ void read_run(const YamlMap& yaml, RunFile& run) {
       if (*earth != "flat" && *earth != "wgs84")
         environment->fault("earth", fmt::format("expected wgs84 or flat, found '{}'", *earth));
     }
-    if (const auto wind = environment->map("wind")) {
-      take(wind->number("north_mps"), run.wind_north_mps);
-      take(wind->number("east_mps"), run.wind_east_mps);
-      take(wind->number("down_mps"), run.wind_down_mps);
-    }
+  }
+  if (const auto air = yaml.map("air")) {
+    run.air = read_air(*air);
+    const AtmosphereOffsets& day = run.air.atmosphere;
+    if (run.flat_earth && (day.temperature_k != 0 || day.pressure_pa != 0))
+      air->fault("atmosphere", "has no effect over a flat Earth, whose density is constant: leave one of them out");
   }
   if (const auto rendering = yaml.map("render")) {
     take(parsed<render::Quality>(*rendering, "quality", render::parse_quality), run.quality);

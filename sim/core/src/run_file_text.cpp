@@ -82,8 +82,8 @@ std::string to_yaml(const RunFile& run) {
   if (!run.scene.onboard.empty()) text += "  onboard:\n";
   for (const auto& [name, map] : run.scene.onboard)
     text += fmt::format("    {}: {}\n", yaml_quoted(name), map_text(run, map));
-  text += fmt::format("environment:\n  earth: {}\n  wind: {{north_mps: {}, east_mps: {}, down_mps: {}}}\n",
-                      run.flat_earth ? "flat" : "wgs84", run.wind_north_mps, run.wind_east_mps, run.wind_down_mps);
+  text += fmt::format("environment: {{earth: {}}}\n", run.flat_earth ? "flat" : "wgs84");
+  text += air_text(run.air, run.air.field ? run.resolve(run.air.field->map).string() : "");
   text += fmt::format("render: {{quality: {}, geometry_tolerance_px: {}}}\nvehicles:\n", render::to_string(run.quality),
                       run.geometry_tolerance_px);
   for (const auto& [name, vehicle] : run.vehicles)

@@ -62,8 +62,8 @@ AirData air_data_from(const Vector3d& velocity_body_mps) {
           .beta_rad = std::atan2(v.y(), std::sqrt(v.x() * v.x() + v.z() * v.z()))};
 }
 
-AirData air_data(const FixedWingState& state, const Environment& environment, const Vector3d& wind_ned_mps) {
-  const Vector3d wind_ecef = environment.at(state.position).ecef_from_ned * wind_ned_mps;
+AirData air_data(const FixedWingState& state, const Environment& environment, const AirMotion& air) {
+  const Vector3d wind_ecef = environment.at(state.position).ecef_from_ned * air.velocity_ned_mps;
   return air_data_from(state.ecef_from_body.quaternion.conjugate() * (state.velocity.xyz - wind_ecef));
 }
 
@@ -136,32 +136,34 @@ double limited_throttle(const Controls& controls) { return std::clamp(controls.t
 struct Flight {
   Surroundings here;
   Matrix3d ecef_from_body;
-  Vector3d rates_radps;  // against the ground's frame
+  Vector3d rates_radps;  // against the ground
   Loads loads;
 };
 Flight flight(const FixedWing& vehicle, const Environment& environment, const FixedWingState& state,
-              const Controls& controls, const Vector3d& wind_ned_mps) {
+              const Controls& controls, const AirMotion& air) {
   Flight f;
   f.here = environment.at(state.position);
   f.ecef_from_body = state.ecef_from_body.quaternion.toRotationMatrix();
   const Matrix3d body_from_ecef = f.ecef_from_body.transpose();
   f.rates_radps = state.body_rates_radps - body_from_ecef * f.here.earth_rate_ecef_radps;
-  const AirData air = air_data_from(body_from_ecef * (state.velocity.xyz - f.here.ecef_from_ned * wind_ned_mps));
-  f.loads = loads(vehicle, air, f.rates_radps, state.surfaces, limited_throttle(controls), f.here.density_kgpm3);
+  const AirData flow =
+      air_data_from(body_from_ecef * (state.velocity.xyz - f.here.ecef_from_ned * air.velocity_ned_mps));
+  const Vector3d against_air_radps = f.rates_radps - body_from_ecef * (f.here.ecef_from_ned * air.rates_ned_radps);
+  f.loads = loads(vehicle, flow, against_air_radps, state.surfaces, limited_throttle(controls), f.here.density_kgpm3);
   return f;
 }
 
 }  // namespace
 
 Loads loads(const FixedWing& vehicle, const Environment& environment, const FixedWingState& state,
-            const Controls& controls, const Vector3d& wind_ned_mps) {
-  return flight(vehicle, environment, state, controls, wind_ned_mps).loads;
+            const Controls& controls, const AirMotion& air) {
+  return flight(vehicle, environment, state, controls, air).loads;
 }
 
 FixedWingVector derivative(const FixedWing& vehicle, const Environment& environment, const FixedWingVector& x,
-                           const Controls& controls, const Vector3d& wind_ned_mps) {
+                           const Controls& controls, const AirMotion& air) {
   const FixedWingState state = state_from_vector(x);
-  const Flight f = flight(vehicle, environment, state, controls, wind_ned_mps);
+  const Flight f = flight(vehicle, environment, state, controls, air);
 
   const Vector3d acceleration = f.ecef_from_body * (f.loads.force_body_n / vehicle.mass_kg) + f.here.gravity_ecef_mps2 -
                                 2 * f.here.earth_rate_ecef_radps.cross(state.velocity.xyz);
@@ -181,9 +183,9 @@ FixedWingVector derivative(const FixedWing& vehicle, const Environment& environm
 }
 
 Result<FixedWingState> advance(const FixedWing& vehicle, const Environment& environment, const FixedWingState& state,
-                               const Controls& controls, const Vector3d& wind_ned_mps, double t_s, double dt_s) {
-  const auto change = [&](double, const FixedWingVector& x) {
-    return derivative(vehicle, environment, x, controls, wind_ned_mps);
+                               const Controls& controls, const AirOverTime& air, double t_s, double dt_s) {
+  const auto change = [&](double time_s, const FixedWingVector& x) {
+    return derivative(vehicle, environment, x, controls, air.at(time_s));
   };
   FixedWingVector x = rk4_step(change, t_s, to_vector(state), dt_s);
   renormalise_quaternion(x, 6);

@@ -14,6 +14,7 @@
 #include "nadir/render/mount.h"
 #include "nadir/render/quality.h"
 #include "nadir/render/renderer.h"
+#include "nadir/sim/air_setup.h"
 #include "nadir/sim/scheduler.h"
 #include "nadir/tile/role.h"
 #include "nadir/tile/sample_type.h"
@@ -96,7 +97,7 @@ struct RunFile {
   std::vector<std::pair<std::string, VehicleSetup>> vehicles;
 
   bool flat_earth = false;  // g = 9.81, constant density: the textbook's world, for comparison with its numbers
-  double wind_north_mps = 0, wind_east_mps = 0, wind_down_mps = 0;  // where the air goes
+  AirSetup air;
 
   render::Quality quality = render::Quality::balanced;
   double geometry_tolerance_px = 0.05;

@@ -4,6 +4,7 @@
 
 #include "nadir/base/result.h"
 #include "nadir/geodesy/frames.h"
+#include "nadir/sim/air_motion.h"
 #include "nadir/sim/environment.h"
 #include "nadir/sim/propulsion.h"
 
@@ -78,8 +79,7 @@ struct AirData {
 };
 AirData air_data_from(const Eigen::Vector3d& velocity_body_mps);
 
-/// `wind_ned_mps`: where the air goes, so that (0, 5, 0) blows from the west.
-AirData air_data(const FixedWingState& state, const Environment& environment, const Eigen::Vector3d& wind_ned_mps);
+AirData air_data(const FixedWingState& state, const Environment& environment, const AirMotion& air);
 
 /// Share of the flat plate in the wing's lift: 0 while the flow is attached, 1/2 at the stall on either side, 1 beyond.
 /// Source: Beard and McLain, Small Unmanned Aircraft, 2012, equation 4.10, written as a product of two logistic
@@ -95,7 +95,7 @@ struct Loads {
 
 /// What air and surfaces do, without the propeller.
 /// Terms with body rates are written with Va in the numerator, so that nothing is divided by airspeed and the loads
-/// fade to zero with it. `rates_radps`: against the ground's frame.
+/// fade to zero with it. `rates_radps`: against the air, as it turns itself.
 Loads aerodynamics(const FixedWing& vehicle, const AirData& air, const Eigen::Vector3d& rates_radps,
                    const Surfaces& surfaces, double density_kgpm3);
 
@@ -106,7 +106,7 @@ Loads loads(const FixedWing& vehicle, const AirData& air, const Eigen::Vector3d&
 /// The same for a vehicle in flight, throttle limited: force over mass is the specific force of an accelerometer in the
 /// centre of mass.
 Loads loads(const FixedWing& vehicle, const Environment& environment, const FixedWingState& state,
-            const Controls& controls, const Eigen::Vector3d& wind_ned_mps);
+            const Controls& controls, const AirMotion& air);
 
 /// Angular acceleration, rad/s^2, of a body that turns at `rates_radps` under a moment.
 Eigen::Vector3d angular_acceleration(const FixedWing& vehicle, const Eigen::Vector3d& rates_radps,
@@ -114,11 +114,11 @@ Eigen::Vector3d angular_acceleration(const FixedWing& vehicle, const Eigen::Vect
 
 /// Change of the state vector with time. A pure function: the same arguments give the same bits.
 FixedWingVector derivative(const FixedWing& vehicle, const Environment& environment, const FixedWingVector& x,
-                           const Controls& controls, const Eigen::Vector3d& wind_ned_mps);
+                           const Controls& controls, const AirMotion& air);
 
-/// The state `dt_s` later, by one Runge-Kutta step with controls and wind held. Fails where the motion diverges; `t_s`
-/// is for that message. 2.5 ms is what the simulator takes: an eighth of the servos' lag.
+/// The state `dt_s` after `t_s`, by one Runge-Kutta step with controls held and the air as it is at each moment. Fails
+/// where the motion diverges. 2.5 ms is what the simulator takes: an eighth of the servos' lag.
 Result<FixedWingState> advance(const FixedWing& vehicle, const Environment& environment, const FixedWingState& state,
-                               const Controls& controls, const Eigen::Vector3d& wind_ned_mps, double t_s, double dt_s);
+                               const Controls& controls, const AirOverTime& air, double t_s, double dt_s);
 
 }  // namespace nadir::sim

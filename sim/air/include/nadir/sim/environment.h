@@ -4,6 +4,7 @@
 
 #include "nadir/geodesy/frames.h"
 #include "nadir/geodesy/geodetic.h"
+#include "nadir/sim/atmosphere.h"
 
 namespace nadir::sim {
 
@@ -19,10 +20,10 @@ struct Surroundings {
 /// The Earth that a vehicle flies over. Positions are ECEF in either kind, so a vehicle's state means the same.
 class Environment {
  public:
-  /// The WGS-84 Earth: it turns, its gravity is the normal gravity of the ellipsoid (error under 3e-6 m/s^2 up to 100
-  /// km), and its air is the International Standard Atmosphere. `sea_level_m`: the geoid's height above the ellipsoid
-  /// in the region, since the atmosphere counts from the sea; 100 m of it are 1 % of density.
-  static Environment wgs84(double sea_level_m = 0);
+  /// The WGS-84 Earth: it turns, its gravity is the normal gravity of the ellipsoid (error under 1e-8 m/s^2 from the
+  /// surface to 100 km), and its air is the International Standard Atmosphere. `sea_level_m`: the geoid's height above
+  /// the ellipsoid in the region, since the atmosphere counts from the sea; 100 m of it are 1 % of density.
+  static Environment wgs84(double sea_level_m = 0, const Atmosphere& atmosphere = {});
 
   /// The world of textbooks, for comparison with their numbers: a plane that does not turn, tangent to the ellipsoid at
   /// `origin`, with the same gravity and air everywhere.
@@ -36,6 +37,7 @@ class Environment {
 
   bool flat_ = false;
   double sea_level_m_ = 0;
+  Atmosphere atmosphere_;
   Surroundings at_origin_;  // of the flat Earth
   Eigen::Vector3d origin_ecef_ = Eigen::Vector3d::Zero();
 };

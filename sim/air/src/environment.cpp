@@ -2,8 +2,6 @@
 
 #include <cmath>
 
-#include "nadir/sim/atmosphere.h"
-
 namespace nadir::sim {
 namespace {
 using Eigen::Vector3d;
@@ -16,16 +14,18 @@ constexpr double gm_m3ps2 = 3.986004418e14;
 constexpr double earth_rate_radps = 7.292115e-5;
 constexpr double j2 = 1.082629821257e-3;
 constexpr double j4 = -2.37091120e-6;
+constexpr double j6 = 6.08346498e-9;
 
-/// Gradient of the potential of attraction and rotation. The next harmonic, J6 = 6e-9, is left out: 2e-6 m/s^2.
+/// Gradient of the potential of attraction and rotation. The next harmonic, J8 = -1.4e-11, is left out: 6e-9 m/s^2.
 /// Source: Heiskanen and Moritz, Physical Geodesy, 1967, section 2-9, differentiated: the harmonic of degree n pulls
 /// with J_n (a/r)^n GM/r^2 times P'_(n+1)(s) outwards and -P'_n(s) along the axis, where s is the sine of latitude.
 Vector3d normal_gravity(const Vector3d& p) {
   const double r2 = p.squaredNorm(), r = std::sqrt(r2);
   const double s = p.z() / r, s2 = s * s;
-  const double ratio2 = a_m * a_m / r2, c2 = j2 * ratio2, c4 = j4 * ratio2 * ratio2;
-  const double outwards = -1 + c2 * (15 * s2 - 3) / 2 + c4 * ((315 * s2 - 210) * s2 + 15) / 8;
-  const double along_axis = -s * (c2 * 3 + c4 * (35 * s2 - 15) / 2);
+  const double ratio2 = a_m * a_m / r2, c2 = j2 * ratio2, c4 = j4 * ratio2 * ratio2, c6 = j6 * ratio2 * ratio2 * ratio2;
+  const double outwards = -1 + c2 * (15 * s2 - 3) / 2 + c4 * ((315 * s2 - 210) * s2 + 15) / 8 +
+                          c6 * (((3003 * s2 - 3465) * s2 + 945) * s2 - 35) / 16;
+  const double along_axis = -s * (c2 * 3 + c4 * (35 * s2 - 15) / 2 + c6 * ((693 * s2 - 630) * s2 + 105) / 8);
   Vector3d g = (gm_m3ps2 / r2) * (outwards / r * p + along_axis * Vector3d::UnitZ());
   g.head<2>() += earth_rate_radps * earth_rate_radps * p.head<2>();
   return g;
@@ -33,9 +33,10 @@ Vector3d normal_gravity(const Vector3d& p) {
 
 }  // namespace
 
-Environment Environment::wgs84(double sea_level_m) {
+Environment Environment::wgs84(double sea_level_m, const Atmosphere& atmosphere) {
   Environment environment;
   environment.sea_level_m_ = sea_level_m;
+  environment.atmosphere_ = atmosphere;
   return environment;
 }
 
@@ -78,7 +79,7 @@ Surroundings Environment::at(const geodesy::Point<geodesy::frame::Ecef>& place) 
   here.height_m = axis_m * cos_lat + p.z() * sin_lat - a_m * std::sqrt(1 - e2 * sin_lat * sin_lat);
   here.gravity_ecef_mps2 = normal_gravity(p);
   here.earth_rate_ecef_radps = Vector3d(0, 0, earth_rate_radps);
-  here.density_kgpm3 = standard_air(here.height_m - sea_level_m_).density_kgpm3;
+  here.density_kgpm3 = atmosphere_.at(here.height_m - sea_level_m_).density_kgpm3;
   return here;
 }
 

@@ -1,0 +1,62 @@
+#include "nadir/sim/atmosphere.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+namespace nadir::sim {
+namespace {
+
+constexpr double earth_radius_m = 6356766;       // of the standard's geopotential height
+constexpr double gas_jpkgk = 8314.32 / 28.9644;  // of dry air
+constexpr double gravity_per_gas_kpm = 9.80665 / gas_jpkgk;
+
+}  // namespace
+
+double geopotential_height_m(double height_m) { return earth_radius_m * height_m / (earth_radius_m + height_m); }
+
+Result<void> Atmosphere::check(const AtmosphereOffsets& offsets) {
+  if (!(std::abs(offsets.temperature_k) <= 60))
+    return fail(Error::Kind::Malformed,
+                fmt::format("temperature: expected at most 60 K from the standard, found {}", offsets.temperature_k));
+  if (!(std::abs(offsets.pressure_pa) <= 15000))
+    return fail(Error::Kind::Malformed,
+                fmt::format("pressure: expected at most 15000 Pa from the standard, found {}", offsets.pressure_pa));
+  return {};
+}
+
+/// Of the pressure at a height in the layer to that at its base.
+double Atmosphere::Layer::pressure_ratio(double height_gp_m, double temperature_k) const {
+  if (lapse_kpm == 0) return std::exp(-gravity_per_gas_kpm * (height_gp_m - base_m) / base_k);
+  return std::pow(base_k / temperature_k, gravity_per_gas_kpm / lapse_kpm);
+}
+
+Atmosphere::Atmosphere(const AtmosphereOffsets& offsets)
+    : layers_{{{0, 288.15, -0.0065},
+               {11000, 216.65, 0},
+               {20000, 216.65, 0.001},
+               {32000, 228.65, 0.0028},
+               {47000, 270.65, 0},
+               {51000, 270.65, -0.0028},
+               {71000, 214.65, -0.002},
+               {84852, 186.946, 0}}} {
+  for (Layer& layer : layers_) layer.base_k += offsets.temperature_k;
+  layers_[0].base_pa = 101325 + offsets.pressure_pa;
+  for (std::size_t i = 1; i < layers_.size(); ++i)
+    layers_[i].base_pa = layers_[i - 1].base_pa * layers_[i - 1].pressure_ratio(layers_[i].base_m, layers_[i].base_k);
+}
+
+Air Atmosphere::at(double height_m) const {
+  const double height_gp_m = geopotential_height_m(height_m);
+  const Layer* layer = &layers_[0];
+  for (const Layer& higher : layers_)
+    if (height_gp_m >= higher.base_m) layer = &higher;
+
+  Air air;
+  air.temperature_k = layer->base_k + layer->lapse_kpm * (height_gp_m - layer->base_m);
+  air.pressure_pa = layer->base_pa * layer->pressure_ratio(height_gp_m, air.temperature_k);
+  air.density_kgpm3 = air.pressure_pa / (gas_jpkgk * air.temperature_k);
+  return air;
+}
+
+}  // namespace nadir::sim
