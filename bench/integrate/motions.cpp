@@ -8,7 +8,23 @@
 namespace nadir::bench {
 namespace {
 constexpr double pi = std::numbers::pi;
+
+std::string name_of(Flight flight) {
+  switch (flight) {
+    case Flight::Cruise:
+      return "cruise, 10 s";
+    case Flight::Roll:
+      return "rolls and a pull, 10 s";
+    case Flight::Stall:
+      return "stall and spin, 10 s";
+    case Flight::Gust:
+      return "gust, 10 s";
+    case Flight::Drop:
+      break;
+  }
+  return "from rest, 10 s";
 }
+}  // namespace
 
 Motion<2> harmonic() {
   return {.name = "harmonic, 1 Hz, 20 turns",
@@ -101,7 +117,7 @@ Motion<16> aerosonde_in(Flight flight) {
   const Trim cruise = steady.value();
   FixedWingState state = trimmed_state(cruise, air, place, 0.5, Eigen::Vector3d::Zero());
   if (flight == Flight::Drop) state.velocity.xyz.setZero();
-  Motion<16> motion{.start = to_vector(state), .interval_s = 0.01, .intervals = 1000};
+  Motion<16> motion{.name = name_of(flight), .start = to_vector(state), .interval_s = 0.01, .intervals = 1000};
   const Eigen::Vector3d origin = motion.start.head<3>();
   motion.start.head<3>().setZero();
 
@@ -131,23 +147,6 @@ Motion<16> aerosonde_in(Flight flight) {
       return derivative(vehicle, air, there, controls, wind_at(t_s));
     };
   };
-  switch (flight) {
-    case Flight::Cruise:
-      motion.name = "cruise, 10 s";
-      break;
-    case Flight::Roll:
-      motion.name = "rolls and a pull, 10 s";
-      break;
-    case Flight::Stall:
-      motion.name = "stall and spin, 10 s";
-      break;
-    case Flight::Gust:
-      motion.name = "gust, 10 s";
-      break;
-    case Flight::Drop:
-      motion.name = "from rest, 10 s";
-      break;
-  }
   motion.counted.setZero();
   motion.counted.head<3>().setOnes();
   motion.unit = "m";
