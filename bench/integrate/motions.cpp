@@ -9,7 +9,7 @@ namespace nadir::bench {
 namespace {
 constexpr double pi = std::numbers::pi;
 
-std::string name_of(Flight flight) {
+const char* name_of(Flight flight) {
   switch (flight) {
     case Flight::Cruise:
       return "cruise, 10 s";
@@ -117,7 +117,8 @@ Motion<16> aerosonde_in(Flight flight) {
   const Trim cruise = steady.value();
   FixedWingState state = trimmed_state(cruise, air, place, 0.5, Eigen::Vector3d::Zero());
   if (flight == Flight::Drop) state.velocity.xyz.setZero();
-  Motion<16> motion{.name = name_of(flight), .start = to_vector(state), .interval_s = 0.01, .intervals = 1000};
+  Motion<16> motion{
+      .name = name_of(flight), .start = to_vector(state), .interval_s = 0.01, .intervals = 1000, .unit = "m"};
   const Eigen::Vector3d origin = motion.start.head<3>();
   motion.start.head<3>().setZero();
 
@@ -149,7 +150,6 @@ Motion<16> aerosonde_in(Flight flight) {
   };
   motion.counted.setZero();
   motion.counted.head<3>().setOnes();
-  motion.unit = "m";
   // A metre, a metre a second, a tenth of attitude and of rates and surfaces
   motion.one << 1, 1, 1, 1, 1, 1, 0.1, 0.1, 0.1, 0.1, 0.1, 0.1, 0.1, 0.1, 0.1, 0.1;
   motion.most_steps = 16;
