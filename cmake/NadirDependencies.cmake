@@ -76,3 +76,15 @@ if(TARGET nadir_opencv AND OPENCV_CALIB3D AND EXISTS ${OPENCV_INCLUDE_DIR}/openc
 else()
   message(STATUS "no OpenCV calib3d: the comparison of lenses with it is left out of tests")
 endif()
+
+# References of integration: headers alone, in tests and benchmarks, never in the libraries.
+set(missing)
+find_path(BOOST_ODEINT_INCLUDE_DIR boost/numeric/odeint.hpp)
+if(NOT BOOST_ODEINT_INCLUDE_DIR)
+  set(missing "Boost.odeint (libboost-dev)")
+endif()
+nadir_optional(NADIR_ODEINT "integration beside an independent library, in tests and benchmarks" "${missing}")
+if(NADIR_ODEINT)
+  add_library(nadir_odeint INTERFACE IMPORTED)
+  target_include_directories(nadir_odeint SYSTEM INTERFACE ${BOOST_ODEINT_INCLUDE_DIR})
+endif()

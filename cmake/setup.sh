@@ -20,7 +20,7 @@ packages=(
   libcurl4-openssl-dev
   gnuplot-nox libtiff-dev libvips-tools libvips-dev libosmesa6-dev  # pictures of benchmarks, and peers in them
   # Tests and benchmarks
-  libgtest-dev libgmock-dev libbenchmark-dev libopencv-core-dev libopencv-imgproc-dev libopencv-calib3d-dev
+  libgtest-dev libgmock-dev libbenchmark-dev libboost-dev libopencv-core-dev libopencv-imgproc-dev libopencv-calib3d-dev
   gdal-bin python3-gdal python3-jsonschema nginx-light clang libclang-rt-dev valgrind
 )
 

@@ -3,7 +3,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <memory>
 
 #include "nadir/bench/report.h"
@@ -20,10 +19,10 @@ Method method_of(const StabilityCase& one, const std::string& scratch) {
                   return {};
                 },
                 .counters = [=]() -> std::map<std::string, std::string> {
-                  std::string happened =
-                      (outcome->as_expected ? "as expected: " : "NOT AS EXPECTED: ") + outcome->happened;
-                  std::replace(happened.begin(), happened.end(), ';', ',');
-                  std::map<std::string, std::string> told = {{"expected", one.expected}, {"happened", happened}};
+                  std::map<std::string, std::string> told = {
+                      {"expected", as_counter(one.expected)},
+                      {"happened",
+                       as_counter((outcome->as_expected ? "as expected: " : "NOT AS EXPECTED: ") + outcome->happened)}};
                   if (outcome->patch_error_px) told["patches_px"] = short_number(*outcome->patch_error_px);
                   return told;
                 }};

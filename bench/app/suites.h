@@ -11,6 +11,9 @@
 #include "nadir/bench/runner.h"
 #include "read_suite.h"
 #include "render_suite.h"
+#ifdef NADIR_HAVE_ODEINT
+#include "integrate_suite.h"
+#endif
 
 namespace nadir::bench {
 
@@ -21,8 +24,12 @@ Suite stability_suite();
 
 /// All suites that `nadir bench` knows: a new one is declared above and listed here.
 inline std::vector<Suite> all_suites() {
-  return {render_suite(), read_suite(), codec_suite(), build_suite(), levels_suite(), mapping_suite(),
-          motion_suite(), stability_suite(), start_suite(), ci_suite()};
+  return {render_suite(),    read_suite(),    codec_suite(),  build_suite(),
+          levels_suite(),    mapping_suite(), motion_suite(),
+#ifdef NADIR_HAVE_ODEINT
+          integrate_suite(),
+#endif
+          stability_suite(), start_suite(),   ci_suite()};
 }
 
 }  // namespace nadir::bench

@@ -57,14 +57,6 @@ tl::unexpected<Error> fail_in(const std::string& case_name, const Method& method
               fmt::format("{}: {}: {}", case_name, label(method.name, method.setting), failed.error().message));
 }
 
-/// A counter's value: on one line, without what separates counters.
-std::string as_counter(std::string text) {
-  std::replace(text.begin(), text.end(), '\n', ' ');
-  std::replace(text.begin(), text.end(), ';', ',');
-  std::replace(text.begin(), text.end(), '=', ' ');
-  return text;
-}
-
 void add_ratio(const Aim& aim, const Comparison& comparison, const std::vector<Samples>& samples,
                std::vector<Row>& rows) {
   const auto place = [&](const std::string& name) {
@@ -139,6 +131,13 @@ Result<Row> row_of(const std::string& suite, const std::string& case_name, const
 
 std::string label(const std::string& name, const std::string& setting) {
   return setting.empty() ? name : name + ", " + setting;
+}
+
+std::string as_counter(std::string text) {
+  std::replace(text.begin(), text.end(), '\n', ' ');
+  std::replace(text.begin(), text.end(), ';', ',');
+  std::replace(text.begin(), text.end(), '=', ' ');
+  return text;
 }
 
 std::vector<std::size_t> order_of_round(std::size_t methods, std::size_t round) {

@@ -39,6 +39,9 @@ struct Method {
 /// What a method is called among the others: its name, and behind a comma its setting where it has one.
 std::string label(const std::string& name, const std::string& setting);
 
+/// A counter's value: on one line, without what separates counters.
+std::string as_counter(std::string text);
+
 /// "`method` takes at most `most` times what `baseline` takes."
 struct Aim {
   std::string method, baseline;  // labels of methods of the comparison

@@ -1,0 +1,159 @@
+#include "motions.h"
+
+#include <cmath>
+#include <numbers>
+
+#include "nadir/sim/trim.h"
+
+namespace nadir::bench {
+namespace {
+constexpr double pi = std::numbers::pi;
+
+const char* name_of(Flight flight) {
+  switch (flight) {
+    case Flight::Cruise:
+      return "cruise, 10 s";
+    case Flight::Roll:
+      return "rolls and a pull, 10 s";
+    case Flight::Stall:
+      return "stall and spin, 10 s";
+    case Flight::Gust:
+      return "gust, 10 s";
+    case Flight::Drop:
+      break;
+  }
+  return "from rest, 10 s";
+}
+}  // namespace
+
+Motion<2> harmonic() {
+  return {.name = "harmonic, 1 Hz, 20 turns",
+          .start = {1, 0},
+          .interval_s = 0.1,
+          .intervals = 200,
+          .derivative_of =
+              [](int) {
+                return [](double, const Eigen::Vector2d& x) -> Eigen::Vector2d { return {x[1], -4 * pi * pi * x[0]}; };
+              },
+          .counted = {1, 0},
+          .unit = "m",
+          .one = {1, 1}};
+}
+
+Motion<7> rigid_body() {
+  using Vector = Motion<7>::Vector;
+  Motion<7> motion{.name = "rigid body, tumbling",
+                   .start = Vector::Zero(),
+                   .interval_s = 0.05,
+                   .intervals = 400,
+                   .derivative_of =
+                       [](int) {
+                         return [](double, const Vector& x) {
+                           const Eigen::Vector3d inertia(0.8, 1.1, 1.8), w = x.head<3>();
+                           const Eigen::Quaterniond q(x[6], x[3], x[4], x[5]);
+                           Vector change;
+                           change << -w.cross(inertia.cwiseProduct(w)).cwiseQuotient(inertia),
+                               (q * Eigen::Quaterniond(0, 0.5 * w.x(), 0.5 * w.y(), 0.5 * w.z())).coeffs();
+                           return change;
+                         };
+                       },
+                   .counted = Vector::Zero(),
+                   .unit = "rad/2",
+                   .one = Vector::Ones()};
+  motion.start << 0.1, 3, 0.1, 0, 0, 0, 1;
+  motion.counted.tail<4>().setOnes();
+  return motion;
+}
+
+Motion<2> motor() {
+  return {.name = "motor, 0.2 ms, at 100 Hz",
+          .start = {20, 300},
+          .interval_s = 0.01,
+          .intervals = 200,
+          .derivative_of =
+              [](int i) {
+                const double voltage = 30 + 6 * std::sin(2 * pi * i / 80) + (i % 40 < 20 ? 4 : 0);
+                return [=](double, const Eigen::Vector2d& x) -> Eigen::Vector2d {
+                  constexpr double resistance = 0.042, inductance = 2e-4 * resistance, torque = 0.06586;
+                  constexpr double inertia = 2.4 * torque * torque / resistance, propeller = 2.4e-6;
+                  return {(voltage - resistance * x[0] - torque * x[1]) / inductance,
+                          (torque * x[0] - propeller * x[1] * std::abs(x[1])) / inertia};
+                };
+              },
+          .counted = {1, 1},
+          .unit = "A, rad/s",
+          .one = {1, 1},
+          .most_steps = 128};
+}
+
+Motion<4> landing_gear() {
+  using Eigen::Vector4d;
+  return {.name = "landing gear, 1e6 N/m",
+          .start = Vector4d(0.6, 0, 0.1, 0),
+          .interval_s = 0.0025,
+          .intervals = 400,
+          .derivative_of =
+              [](int) {
+                return [](double, const Vector4d& x) -> Vector4d {
+                  constexpr double body_kg = 11, wheel_kg = 0.1, length_m = 0.5, g = 9.81;
+                  const double strut_n = 8000 * (length_m - (x[0] - x[2])) - 400 * (x[1] - x[3]);
+                  // The tyre's damping goes with its depth, so that the force begins at zero, and it never pulls
+                  const double depth_m = std::max(0.0, -x[2]);
+                  const double tyre_n = std::max(0.0, 1e6 * depth_m * (1 - 0.5 * x[3]));
+                  return {x[1], strut_n / body_kg - g, x[3], (tyre_n - strut_n) / wheel_kg - g};
+                };
+              },
+          .counted = Vector4d(1, 0, 1, 0),
+          .unit = "m",
+          .one = Vector4d::Ones()};
+}
+
+Motion<16> aerosonde_in(Flight flight) {
+  using namespace sim;
+  const auto place = geodesy::Geodetic::degrees(38.1, -0.76, 3000);
+  const FixedWing vehicle = aerosonde();
+  const Environment air = Environment::wgs84();
+  const auto steady = trim(vehicle, {.airspeed_mps = 25}, air, place);
+  const Trim cruise = steady.value();
+  FixedWingState state = trimmed_state(cruise, air, place, 0.5, Eigen::Vector3d::Zero());
+  if (flight == Flight::Drop) state.velocity.xyz.setZero();
+  Motion<16> motion{
+      .name = name_of(flight), .start = to_vector(state), .interval_s = 0.01, .intervals = 1000, .unit = "m"};
+  const Eigen::Vector3d origin = motion.start.head<3>();
+  motion.start.head<3>().setZero();
+
+  const auto controls_at = [=](int i) {
+    Controls controls = cruise.controls;
+    if (flight == Flight::Roll) {  // two turns of the roll, and a pull
+      controls.surfaces.aileron_rad += i < 300 ? 0.3 : i < 600 ? -0.3 : 0;
+      controls.surfaces.elevator_rad -= i > 300 && i < 500 ? 0.1 : 0;
+    } else if (flight == Flight::Stall) {  // a slow pull up to the stop, and rudder
+      controls.throttle = 0.3;
+      controls.surfaces.elevator_rad = std::max(-0.6, controls.surfaces.elevator_rad - 0.002 * i);
+      controls.surfaces.rudder_rad = i > 300 ? 0.3 : 0;
+    } else if (flight == Flight::Drop) {
+      controls.throttle = 0;
+    }
+    return controls;
+  };
+  const auto wind_at = [=](double t_s) -> Eigen::Vector3d {
+    if (flight != Flight::Gust || t_s < 1 || t_s > 3) return Eigen::Vector3d::Zero();
+    return 0.5 * (1 - std::cos(pi * (t_s - 1))) * Eigen::Vector3d(2, 4, -5);  // 1-cosine, 2 s long
+  };
+  motion.derivative_of = [=](int i) {
+    const Controls controls = controls_at(i);
+    return [=](double t_s, const FixedWingVector& x) {
+      FixedWingVector there = x;
+      there.head<3>() += origin;
+      return derivative(vehicle, air, there, controls, wind_at(t_s));
+    };
+  };
+  motion.counted.setZero();
+  motion.counted.head<3>().setOnes();
+  // A metre, a metre a second, a tenth of attitude and of rates and surfaces
+  motion.one << 1, 1, 1, 1, 1, 1, 0.1, 0.1, 0.1, 0.1, 0.1, 0.1, 0.1, 0.1, 0.1, 0.1;
+  motion.most_steps = 16;
+  return motion;
+}
+
+}  // namespace nadir::bench
