@@ -2,6 +2,9 @@
 // rates are simulated seconds.
 #include <benchmark/benchmark.h>
 
+#include <memory>
+
+#include "nadir/sim/air_along_path.h"
 #include "nadir/sim/autopilot.h"
 #include "nadir/sim/mission.h"
 
@@ -50,6 +53,24 @@ void BM_Mission(benchmark::State& state, bool flat) {
 }
 BENCHMARK_CAPTURE(BM_Mission, flat, true);
 BENCHMARK_CAPTURE(BM_Mission, wgs84, false);
+
+/// One sample of the air along a flight, of which 100 make a second.
+void BM_Air(benchmark::State& state, bool turbulent) {
+  const Environment earth = environment(false);
+  AirParts parts;
+  parts.height_above_ground_m = [&](const geodesy::Point<geodesy::frame::Ecef>& p) { return earth.at(p).height_m; };
+  parts.sources.push_back(std::make_unique<SteadyWind>(wind, Shear{}));
+  if (turbulent) parts.turbulence = Turbulence(15, 3, RandomStream(1, "p"));
+  PathPoint now{geodesy::ecef_from_geodetic(place),
+                {earth.at(geodesy::ecef_from_geodetic(place)).ecef_from_ned.col(0) * 25}};
+  AirAlongPath air = AirAlongPath::start(std::move(parts), now.position, {1, 0, 0}, 25).value();
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(air.advance(earth, now));
+    now.position.xyz += 0.01 * now.velocity.xyz;
+  }
+}
+BENCHMARK_CAPTURE(BM_Air, steady, false);
+BENCHMARK_CAPTURE(BM_Air, turbulent, true);
 
 void BM_Trim(benchmark::State& state) {
   const FixedWing vehicle = aerosonde();

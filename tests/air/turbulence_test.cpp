@@ -221,8 +221,8 @@ TEST(DrydenTurbulence, IsTheSameBytesInAnyOrderOfVehicles) {
 }
 
 TEST(TurbulenceScalesOfTheStandard, NearTheGroundFollowHeightAndWind) {
-  // By hand from 3.7.3.1 and 3.7.3.2. At 200 ft 0.177 + 0.000823 h = 0.3416: L_u = 200 / 0.3416^1.2 = 725.8 ft, and
-  // sigma_u / sigma_w = 1 / 0.3416^0.4 = 1.5367.
+  // By hand from the formulas of section 3.7. At 200 ft 0.177 + 0.000823 h = 0.3416: L_u = 200 / 0.3416^1.2 = 725.8 ft,
+  // and sigma_u / sigma_w = 1 / 0.3416^0.4 = 1.5367.
   const TurbulenceScales s = turbulence_scales(200 * foot_m, 30 * knot_mps);
   EXPECT_NEAR(s.length_m.z() / foot_m, 200, 1e-9);
   EXPECT_NEAR(s.length_m.x() / foot_m, 725.8, 0.05);

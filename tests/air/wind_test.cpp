@@ -33,7 +33,7 @@ TEST(Shear, FollowsThePowerLaw) {
 }
 
 TEST(Shear, FollowsTheLogarithmicLaw) {
-  // MIL-F-8785C, 3.7.3.4: w20 ln(h / 0.15) / ln(20 / 0.15), in feet; at 100 ft 1.3289 times the wind at 20 ft.
+  // MIL-F-8785C, section 3.7: w20 ln(h / 0.15) / ln(20 / 0.15), in feet; at 100 ft 1.3289 times the wind at 20 ft.
   constexpr double foot_m = 0.3048;
   const Shear shear{
       .law = Shear::Law::Logarithmic, .reference_m = 20 * foot_m, .roughness_m = 0.15 * foot_m, .top_m = 1000 * foot_m};

@@ -8,7 +8,7 @@
 namespace nadir::sim {
 
 /// A discrete gust that a vehicle flies into: its speed follows 1 - cos of the distance flown through the air.
-/// Source: MIL-F-8785C, 1980, 3.7.2.3 (step); CS-25, amendment 27, 25.341(a)(2) (pulse).
+/// Source: MIL-F-8785C, 1980, section 3.7 (step); CS-25, 25.341(a) (pulse).
 struct Gust {
   enum class Shape {
     Pulse,  // back to none after two gradient lengths

@@ -25,7 +25,7 @@ struct TurbulenceScales {
 /// intensities those of probability 1e-2, 1e-3 and 1e-5 for light, moderate and severe, between them in proportion to
 /// the wind at 20 ft, beyond 45 knots as severe in that proportion; between 1000 and 2000 ft linear in height. Under
 /// 10 ft as at 10 ft.
-/// Source: MIL-F-8785C, 1980, 3.7.2.1, 3.7.3.1, 3.7.3.2, figure 7 and section 3.7.3.4.
+/// Source: MIL-F-8785C, 1980, section 3.7 and figure 7.
 TurbulenceScales turbulence_scales(double height_above_ground_m, double wind_at_20ft_mps);
 
 /// How a vehicle passes through a field of turbulence.
@@ -70,8 +70,8 @@ class TransverseGust {
 /// Each sample comes from the one before and from draws addressed by its number: evaluating other vehicles, or more or
 /// fewer observations, changes nothing. Steps are exact for the process, so that sampling more often gives the same
 /// spectrum. Coefficients follow the passage once it has changed them by 1/256.
-/// Source: MIL-F-8785C, 1980, 3.7.1.2: spectra of Dryden form. The lag of a span b filters the rates; the air's turn q
-/// is that of a gradient of down wind along the way, -dw/dx, r is dv/dx, and p a process of its own.
+/// Source: MIL-F-8785C, 1980, section 3.7: spectra of Dryden form. The lag of a span b filters the rates; the air's
+/// turn q is that of a gradient of down wind along the way, -dw/dx, r is dv/dx, and p a process of its own.
 class Turbulence {
  public:
   /// `span_m`: of the wing, or of the rotors; > 0.
