@@ -39,6 +39,7 @@ void BlockGeometry::given_row(int x, int y, int count, const Eigen::Vector2d& of
 }
 
 constexpr double most_turn = 0.5;  // of a row's half
+constexpr double beyond = 17;      // pixels, which vectors take past a row's end
 
 void set_middle(const RowPath& path, double first, int count, RowMiddle& middle) {
   const double half = (count - 1) / 2.0, at = first + half;
@@ -51,7 +52,7 @@ void set_middle(const RowPath& path, double first, int count, RowMiddle& middle)
   middle.slope_v = (path.v1 + 2 * at * path.v2) * over_w - middle.v * turn;
   middle.bend_u = path.u2 * over_w;
   middle.bend_v = path.v2 * over_w;
-  middle.gentle = std::abs(turn) * (half + 0.5) <= most_turn;  // false where it is not a number
+  middle.gentle = std::abs(turn) * (half + beyond) <= most_turn;  // false where it is not a number
 }
 
 std::optional<PatchRow> patch_row(const RowMiddle& middle, double first, const PatchFrame& frame) {

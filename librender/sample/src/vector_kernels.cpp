@@ -111,7 +111,7 @@ void place(const double* u, const double* v, const PatchFrame& frame, int count,
   }
 }
 
-/// Texels of a patch from a row's `col` and `row`.
+/// Texels of a patch from a row's `col` and `row`, up to a multiple of 8 pixels, as above.
 template <bool Curved, bool Rational>
 class RowPoints {
  public:
@@ -164,7 +164,8 @@ void place_points_fixed(const PatchRow& row, const PatchFrame& frame, int count,
   const auto one = hn::Set(d, 1 << fraction_bits);
   const auto mask = hn::Set(di, (1 << fraction_bits) - 1), pitch = hn::Set(di, frame.pitch),
              col = hn::Set(di, row.col * (1 << fraction_bits)), first_row = hn::Set(di, row.row * (1 << fraction_bits));
-  for (std::size_t i = 0; i < static_cast<std::size_t>(count); i += hn::Lanes(d)) {
+  const std::size_t end = (static_cast<std::size_t>(count) + 7) / 8 * 8;
+  for (std::size_t i = 0; i < end; i += hn::Lanes(d)) {
     const auto point = points.next();
     const auto x = hn::Add(hn::NearestInt(hn::Mul(point.x, one)), col),
                y = hn::Add(hn::NearestInt(hn::Mul(point.y, one)), first_row);
@@ -182,7 +183,8 @@ void place_points(const PatchRow& row, const PatchFrame& frame, int count, Place
   const D d;
   const hn::RebindToSigned<D> di;
   const auto pitch = hn::Set(di, frame.pitch), first_col = hn::Set(di, row.col), first_row = hn::Set(di, row.row);
-  for (std::size_t i = 0; i < static_cast<std::size_t>(count); i += hn::Lanes(d)) {
+  const std::size_t end = (static_cast<std::size_t>(count) + 7) / 8 * 8;
+  for (std::size_t i = 0; i < end; i += hn::Lanes(d)) {
     const auto point = points.next();
     const auto col = hn::Floor(point.x), line = hn::Floor(point.y);
     hn::Store(hn::Add(hn::Mul(hn::Add(hn::ConvertTo(di, line), first_row), pitch),
