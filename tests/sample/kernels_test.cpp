@@ -6,6 +6,7 @@
 
 #include <cstring>
 
+#include "block_geometry.h"
 #include "random_blocks.h"
 
 namespace nadir::render {
@@ -113,6 +114,107 @@ TEST(Places, AreHeldWithinThePatchWhateverTheCoordinates) {
       EXPECT_EQ(placed.at[i], expected[i]) << kernels->name << " " << i;
     }
   }
+}
+
+/// Rows at the limits of what single precision takes: long, curved, turning.
+struct RandomRow {
+  explicit RandomRow(std::mt19937& random) {
+    const auto uniform = [&](double low, double high) {
+      return std::uniform_real_distribution<double>(low, high)(random);
+    };
+    count = std::uniform_int_distribution<int>(1, row_px)(random);
+    const double half = (count - 1) / 2.0, reach = half + 0.5;
+    middle.half = half;
+    middle.u = uniform(-20, 320);
+    middle.v = uniform(-20, 220);
+    middle.turn = random() % 2 ? uniform(-1, 1) * 0.5 / (half + 17) : 0;
+    const double most = most_from_middle / 2 / reach, straight = random() % 2 ? 1 : 0.7;
+    middle.slope_u = uniform(-1, 1) * most * straight;
+    middle.slope_v = uniform(-1, 1) * most * straight;
+    if (straight < 1) {
+      middle.bend_u = uniform(-1, 1) * most * 0.3 / reach;
+      middle.bend_v = uniform(-1, 1) * most * 0.3 / reach;
+    }
+    frame.high_x = 298;
+    frame.high_y = 198;
+    frame.pitch = 300;
+  }
+  Eigen::Vector2d at(int i) const {
+    const double d = i - middle.half, over = 1 / (1 + d * middle.turn);
+    return {std::clamp(middle.u + d * (middle.slope_u + d * middle.bend_u) * over, frame.low, frame.high_x),
+            std::clamp(middle.v + d * (middle.slope_v + d * middle.bend_v) * over, frame.low, frame.high_y)};
+  }
+  int count;
+  RowMiddle middle;
+  PatchFrame frame;
+};
+
+// Six roundings, each of a value up to `most_from_middle` or of what makes it: 6 * 64 * 2^-24
+constexpr double row_bound = 6 * most_from_middle * 0x1p-24;
+
+TEST(PlacesOfARow, AreThoseInDoublePrecisionWithinTheBoundAndAlikeUnderAllInstructionSets) {
+  std::mt19937 random(1);
+  double worst = 0, worst_fixed = 0;
+  for (int row = 0; row < 20'000; ++row) {
+    const RandomRow r(random);
+    const auto in_patch = patch_row(r.middle, 0, r.frame);
+    ASSERT_TRUE(in_patch) << row;
+    Places expected, expected_fixed;
+    scalar_kernels().place_row(*in_patch, r.frame, r.count, expected);
+    scalar_kernels().place_row_fixed(*in_patch, r.frame, r.count, expected_fixed);
+    for (int i = 0; i < r.count; ++i) {
+      const Eigen::Vector2d exact = r.at(i);
+      const auto off = [&](int place, double x, double y) {
+        return std::max(std::abs(place % r.frame.pitch + x - exact.x()),
+                        std::abs(place / r.frame.pitch + y - exact.y()));
+      };
+      worst = std::max(worst, off(expected.at[i], expected.x[i], expected.y[i]));
+      worst_fixed = std::max(
+          worst_fixed, off(expected_fixed.at[i], expected_fixed.x15[i] * 0x1p-15, expected_fixed.y15[i] * 0x1p-15));
+    }
+    for (const Kernels* kernels : all_kernels()) {
+      Places found, found_fixed;
+      // From a row before, far outside of this patch
+      std::fill_n(found.at, row_px, 1 << 30);
+      std::fill_n(found_fixed.at, row_px, 1 << 30);
+      kernels->place_row(*in_patch, r.frame, r.count, found);
+      kernels->place_row_fixed(*in_patch, r.frame, r.count, found_fixed);
+      for (int i = 0; i < r.count; ++i) {
+        ASSERT_TRUE(found.at[i] == expected.at[i] && found.x[i] == expected.x[i] && found.y[i] == expected.y[i])
+            << kernels->name << " row " << row << " pixel " << i;
+        ASSERT_TRUE(found_fixed.at[i] == expected_fixed.at[i] && found_fixed.x15[i] == expected_fixed.x15[i] &&
+                    found_fixed.y15[i] == expected_fixed.y15[i])
+            << kernels->name << " row " << row << " pixel " << i;
+      }
+      if (kernels == &scalar_kernels()) continue;
+      for (int i = r.count; i < (r.count + 7) / 8 * 8; ++i)  // kernels take whole groups of 8 pixels
+        for (const std::int32_t place : {found.at[i], found_fixed.at[i]})
+          ASSERT_TRUE(place >= 0 && place < r.frame.pitch * 200) << kernels->name << " row " << row << " pixel " << i;
+    }
+  }
+  EXPECT_LE(worst, row_bound);
+  EXPECT_LE(worst_fixed, row_bound + 0x1p-16);
+  EXPECT_GE(worst, row_bound / 8) << "these rows no longer exercise the bound";
+}
+
+TEST(PlacesOfARow, AreLeftToDoublePrecisionWhereSingleDoesNotDo) {
+  PatchFrame frame;
+  frame.high_x = frame.high_y = 300;
+  const auto taken = [&](const RowPath& path) {
+    RowMiddle middle;
+    set_middle(path, 0.5, row_px, middle);
+    return patch_row(middle, 0, frame).has_value();
+  };
+  constexpr double nan = std::numeric_limits<double>::quiet_NaN(), inf = std::numeric_limits<double>::infinity();
+  EXPECT_TRUE(taken({.u1 = 0.9, .v1 = 0.9}));
+  EXPECT_FALSE(taken({.u1 = 1.1, .v1 = 0.9})) << "spans too much";
+  EXPECT_FALSE(taken({.u1 = 1e-3, .w0 = 1, .w1 = -1.0 / 40})) << "a pole within the row";
+  EXPECT_FALSE(taken({.u1 = 1e-3, .w0 = 1, .w1 = -1.0 / 80})) << "a pole beside the row";
+  EXPECT_FALSE(taken({.u0 = nan}));
+  EXPECT_FALSE(taken({.u0 = inf}));
+  EXPECT_FALSE(taken({.v1 = nan}));
+  EXPECT_FALSE(taken({.w0 = 0}));
+  EXPECT_FALSE(taken({.v0 = 1e9}));
 }
 
 }  // namespace
