@@ -129,7 +129,9 @@ TEST(NotANumber, StaysWithTheSamplesThatTouchIt) {
           const Eigen::Vector2d away = (apply(h, Eigen::Vector2d(x, y)) - Eigen::Vector2d(hole, hole)).cwiseAbs();
           if (away.maxCoeff() <= (filter == Filter::Bicubic ? 2 : 1) + texels / 2) {
             ++touched;
-            if (valid) ASSERT_GT(found[i], 40) << "a mean of valid texels, which are from 50 to 150";
+            if (valid) {
+              ASSERT_GT(found[i], 40) << "a mean of valid texels, which are from 50 to 150";
+            }
           } else {
             // Where a block holds invalid texels, weights are summed too: a rounding more
             ASSERT_NEAR(found[i], right[i], 1e-4) << to_string(filter) << ", " << texels << ": " << x << ", " << y;

@@ -22,16 +22,7 @@ struct Joined {
 class Bands : public testing::Test {
  protected:
   Bands() {
-    test::SyntheticMap synthetic = test::utm_map(2048, 1);
-    synthetic.type = GDT_Byte;
-    synthetic.bands = 3;
-    synthetic.factors = {2, 4, 8};
-    synthetic.value = [](int level, int band, int col, int row) {
-      return (col * 7919 + row * 104729 + band * 31 + level * 17) % 251;
-    };
-    synthetic.mask = true;
-    synthetic.mask_value = [](int col, int row) { return (col / 50 + row / 70) % 5 == 0 ? 0 : 255; };
-    test::write_map(synthetic, folder.file("eo.tif"));
+    test::write_map(test::busy_map(), folder.file("eo.tif"));
     test::SyntheticMap radar = test::utm_map(1024, 2);
     radar.type = GDT_Float32;
     radar.value = [](int, int, int col, int row) { return -20 + (col * 31 + row * 17) % 25; };

@@ -12,16 +12,7 @@ namespace {
 class Determinism : public testing::Test {
  protected:
   Determinism() {
-    test::SyntheticMap synthetic = test::utm_map(2048, 1);
-    synthetic.type = GDT_Byte;
-    synthetic.bands = 3;
-    synthetic.factors = {2, 4, 8};
-    synthetic.value = [](int level, int band, int col, int row) {
-      return (col * 7919 + row * 104729 + band * 31 + level * 17) % 251;
-    };
-    synthetic.mask = true;
-    synthetic.mask_value = [](int col, int row) { return (col / 50 + row / 70) % 5 == 0 ? 0 : 255; };
-    test::write_map(synthetic, folder.file("m.tif"));
+    test::write_map(test::busy_map(), folder.file("m.tif"));
     const auto map = tile::Map::open(folder.file("m.tif")).value();
     scene.emplace(Scene::plane(map.center(), {}).with_layer("eo", map));
     geodesy::Geodetic place = map.center();

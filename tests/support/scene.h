@@ -14,6 +14,20 @@ inline SyntheticMap utm_map(int side, double texel_m) {
   return map;
 }
 
+/// A map as renderers meet them: bytes of three bands, without an order, with levels and holes.
+inline SyntheticMap busy_map() {
+  SyntheticMap map = utm_map(2048, 1);
+  map.type = GDT_Byte;
+  map.bands = 3;
+  map.factors = {2, 4, 8};
+  map.value = [](int level, int band, int col, int row) {
+    return (col * 7919 + row * 104729 + band * 31 + level * 17) % 251;
+  };
+  map.mask = true;
+  map.mask_value = [](int col, int row) { return (col / 50 + row / 70) % 5 == 0 ? 0 : 255; };
+  return map;
+}
+
 /// Straight down over a map's middle, image top to the north.
 inline render::CameraPose over_centre(const tile::Map& map, double height_m) {
   geodesy::Geodetic place = map.center();

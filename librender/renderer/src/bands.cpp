@@ -113,38 +113,36 @@ Result<Frame> Renderer::expose_in_bands(const Scene& scene, const ExactChain& mi
   const std::vector<RowRange> bands = bands_of(height, band_rows);
 
   Frame frame;
-  std::vector<std::size_t> all, blended, unblended;
+  const LayerKinds kinds = kinds_of(scene);
   for (const Layer& layer : scene.layers()) {
     FrameLayer out = empty_layer(layer, middle);
     if (options.off_map == OffMap::Reject)
       if (auto ok = refuse_off_map(layer, out.truth); !ok) return fail(ok);
-    (layer.options.role == tile::Role::Labels ? unblended : blended).push_back(all.size());
-    all.push_back(all.size());
     frame.layers_.push_back(std::move(out));
   }
   std::vector<Truth*> truths;
   for (FrameLayer& layer : frame.layers_) truths.push_back(&layer.truth);
-  std::vector<std::vector<Sampling>> sampling(instants.size(), std::vector<Sampling>(all.size()));
+  std::vector<std::vector<Sampling>> sampling(instants.size(), std::vector<Sampling>(kinds.all.size()));
   const auto decided = [&](const ExactChain& chain, std::span<const std::size_t> which, std::size_t instant) {
     return decide(scene, chain, which, options, bands, instant == 0, engine_->error_model, sampling[instant], truths);
   };
   if (instants.size() == 1) {
-    if (auto ok = decided(instants[0], all, 0); !ok) return fail(ok);
+    if (auto ok = decided(instants[0], kinds.all, 0); !ok) return fail(ok);
   } else {
-    if (auto ok = decided(middle, unblended, 0); !ok) return fail(ok);
+    if (auto ok = decided(middle, kinds.labels, 0); !ok) return fail(ok);
     for (std::size_t k = 0; k < instants.size(); ++k)
-      if (auto ok = decided(instants[k], blended, k); !ok) return fail(ok);
+      if (auto ok = decided(instants[k], kinds.blended, k); !ok) return fail(ok);
   }
 
   std::set<std::string> damage;
-  std::vector<std::int64_t> valid(all.size(), 0);
+  std::vector<std::int64_t> valid(kinds.all.size(), 0);
   double& render_ms = frame.counters_.times.whole_ms;
   for (const RowRange& rows : bands) {
-    for (const std::size_t i : all) allocate(scene.layers()[i], rows.end - rows.first, frame.layers_[i]);
+    for (const std::size_t i : kinds.all) allocate(scene.layers()[i], rows.end - rows.first, frame.layers_[i]);
     const Band band{rows, sampling};
     if (auto ok = expose_rows(scene, middle, instants, options, &band, frame, damage); !ok) return fail(ok);
     const auto finish = [&] {
-      for (const std::size_t i : all) valid[i] += finish_layer(scene.layers()[i], options, frame.layers_[i]);
+      for (const std::size_t i : kinds.all) valid[i] += finish_layer(scene.layers()[i], options, frame.layers_[i]);
     };
     timed(frame.counters_.times.finishing_ms, [&] { engine_->arena.execute(finish); });
     render_ms += std::chrono::duration<double, std::milli>(Clock::now() - start).count();
@@ -153,7 +151,7 @@ Result<Frame> Renderer::expose_in_bands(const Scene& scene, const ExactChain& mi
   }
 
   count_work(before, work_so_far(scene, engine_->cache), frame.counters_);
-  for (const std::size_t i : all) {
+  for (const std::size_t i : kinds.all) {
     FrameLayer& out = frame.layers_[i];
     out.height = height;
     out.samples = {};

@@ -27,6 +27,15 @@ void clear(FrameLayer& layer) {
   std::fill(layer.validity.begin(), layer.validity.end(), std::uint8_t{0});
 }
 
+LayerKinds kinds_of(const Scene& scene) {
+  LayerKinds kinds;
+  for (const Layer& layer : scene.layers()) {
+    (layer.options.role == tile::Role::Labels ? kinds.labels : kinds.blended).push_back(kinds.all.size());
+    kinds.all.push_back(kinds.all.size());
+  }
+  return kinds;
+}
+
 void note_plan(const SampledPlan& planned, double geometry_error_px, std::int64_t cells, const RenderOptions& options,
                bool first, Truth& truth) {
   const LayerPlan& plan = planned.plan;

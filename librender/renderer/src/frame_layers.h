@@ -2,6 +2,7 @@
 
 #include <set>
 #include <string>
+#include <vector>
 
 #include "nadir/render/frame.h"
 #include "nadir/render/renderer.h"
@@ -16,6 +17,12 @@ FrameLayer empty_layer(const Layer& layer, const ExactChain& chain);
 void allocate(const Layer& layer, int rows, FrameLayer& out);
 
 void clear(FrameLayer& layer);
+
+/// Layers by how an exposure shows them, as indices.
+struct LayerKinds {
+  std::vector<std::size_t> all, blended, labels;  // labels are those of the exposure's middle
+};
+LayerKinds kinds_of(const Scene& scene);
 
 /// Notes how a layer is sampled. Of the instants of an exposure, the widest range of levels, and the most of all else.
 /// `cells`: that it is sampled from.

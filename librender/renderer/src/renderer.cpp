@@ -121,31 +121,50 @@ Result<Frame> Renderer::expose(const Scene& scene, const ExactChain& middle, std
 Result<void> Renderer::expose_rows(const Scene& scene, const ExactChain& middle, std::span<const ExactChain> instants,
                                    const RenderOptions& options, const Band* band, Frame& frame,
                                    std::set<std::string>& damage) {
-  std::vector<std::size_t> all, blended, unblended;
-  for (const Layer& layer : scene.layers()) {
-    (layer.options.role == tile::Role::Labels ? unblended : blended).push_back(all.size());
-    all.push_back(all.size());
-  }
-  if (instants.size() == 1) return sample(scene, instants[0], all, options, 0, band, frame, damage);
-  if (!unblended.empty())
-    if (auto ok = sample(scene, middle, unblended, options, 0, band, frame, damage); !ok) return ok;
+  const LayerKinds kinds = kinds_of(scene);
+  if (instants.size() == 1) return sample(scene, instants[0], kinds.all, options, 0, band, frame, damage);
+  if (!kinds.labels.empty())
+    if (auto ok = sample(scene, middle, kinds.labels, options, 0, band, frame, damage); !ok) return ok;
   std::vector<MeanImage> means;
-  for (const std::size_t i : blended)
+  for (const std::size_t i : kinds.blended)
     means.emplace_back(frame.layers_[i], scene.layers()[i].source->domain() == tile::Domain::Decibel);
-  for (std::size_t k = 0; k < instants.size() && !blended.empty(); ++k) {
+  for (std::size_t k = 0; k < instants.size() && !kinds.blended.empty(); ++k) {
     if (k > 0)
-      for (const std::size_t i : blended) clear(frame.layers_[i]);
-    if (auto ok = sample(scene, instants[k], blended, options, k, band, frame, damage); !ok) return ok;
+      for (const std::size_t i : kinds.blended) clear(frame.layers_[i]);
+    if (auto ok = sample(scene, instants[k], kinds.blended, options, k, band, frame, damage); !ok) return ok;
     const StageTimer finishing(frame.counters_.times.finishing_ms);
     engine_->arena.execute([&] {
-      for (std::size_t m = 0; m < means.size(); ++m) means[m].add(frame.layers_[blended[m]]);
+      for (std::size_t m = 0; m < means.size(); ++m) means[m].add(frame.layers_[kinds.blended[m]]);
     });
   }
   const StageTimer finishing(frame.counters_.times.finishing_ms);
   engine_->arena.execute([&] {
-    for (std::size_t m = 0; m < means.size(); ++m) means[m].write(frame.layers_[blended[m]]);
+    for (std::size_t m = 0; m < means.size(); ++m) means[m].write(frame.layers_[kinds.blended[m]]);
   });
   return {};
+}
+
+Result<LayerPlan> Renderer::plan_whole(const Layer& layer, const PatchMapping& mapping, const RenderOptions& options,
+                                       bool first, FrameLayer& out, std::vector<tile::CellPtr>& held) {
+  auto planned = plan_sampling(layer, mapping, options, engine_->error_model);
+  if (!planned) return fail(planned);
+  if (options.allow_coarse) {
+    MemoryPlan there;
+    if (may_be_coarse(layer))
+      there = sample_from_memory(layer, static_cast<double>(out.validity.size()), first, engine_->cache,
+                                 engine_->missing, planned->plan);
+    note_coarse(there.fill, out.truth);
+    if (there.fill.levels > 0) {
+      Forecast forecast;
+      if (is_predicted(layer, planned->sampling)) forecast.add(planned->plan);
+      planned->expected_rmse = expected_error(layer, forecast, engine_->error_model);
+    }
+    held.insert(held.end(), there.held.begin(), there.held.end());
+  }
+  std::vector<tile::CellKey> cells;
+  add_cells(planned->plan, cells);
+  note_plan(*planned, mapping.error_px, static_cast<std::int64_t>(cells.size()), options, first, out.truth);
+  return std::move(planned->plan);
 }
 
 Result<void> Renderer::sample(const Scene& scene, const ExactChain& chain, std::span<const std::size_t> which,
@@ -163,29 +182,12 @@ Result<void> Renderer::sample(const Scene& scene, const ExactChain& chain, std::
   std::vector<tile::CellPtr> held;
   for (std::size_t k = 0; k < which.size(); ++k) {
     const Layer& layer = scene.layers()[which[k]];
-    Truth& truth = frame.layers_[which[k]].truth;
     if (band) {
       plans.push_back(plan_layer(shared.of(k), *layer.source, band->sampling[instant][which[k]], rows));
     } else {
-      auto planned = plan_sampling(layer, shared.of(k), options, engine_->error_model);
-      if (!planned) return fail(planned);
-      if (options.allow_coarse) {
-        MemoryPlan there;
-        if (may_be_coarse(layer))
-          there = sample_from_memory(layer, static_cast<double>(frame.layers_[which[k]].validity.size()), first,
-                                     engine_->cache, engine_->missing, planned->plan);
-        note_coarse(there.fill, truth);
-        if (there.fill.levels > 0) {
-          Forecast forecast;
-          if (is_predicted(layer, planned->sampling)) forecast.add(planned->plan);
-          planned->expected_rmse = expected_error(layer, forecast, engine_->error_model);
-        }
-        held.insert(held.end(), there.held.begin(), there.held.end());
-      }
-      std::vector<tile::CellKey> cells;
-      add_cells(planned->plan, cells);
-      note_plan(*planned, shared.of(k).error_px, static_cast<std::int64_t>(cells.size()), options, first, truth);
-      plans.push_back(std::move(planned->plan));
+      auto plan = plan_whole(layer, shared.of(k), options, first, frame.layers_[which[k]], held);
+      if (!plan) return fail(plan);
+      plans.push_back(std::move(*plan));
     }
     frame.counters_.samples += plans.back().samples;
   }

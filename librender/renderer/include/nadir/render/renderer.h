@@ -17,6 +17,8 @@
 
 namespace nadir::render {
 
+struct LayerPlan;
+
 /// What happens where a frame sees what no map covers.
 enum class OffMap {
   Mask,    // those pixels are marked invalid; of float layers they are NaN, else 0
@@ -104,6 +106,9 @@ class Renderer {
   /// Fills the frame's layers, which hold all rows, or those of `band` where there is one.
   Result<void> expose_rows(const Scene& scene, const ExactChain& middle, std::span<const ExactChain> instants,
                            const RenderOptions& options, const Band* band, Frame& frame, std::set<std::string>& damage);
+  /// Plans a layer of a whole frame, and notes how. `held`: takes the cells that it counts on to be in memory.
+  Result<LayerPlan> plan_whole(const Layer& layer, const PatchMapping& mapping, const RenderOptions& options,
+                               bool first, FrameLayer& out, std::vector<tile::CellPtr>& held);
   /// Samples the layers whose indices are given, as they are at one instant.
   Result<void> sample(const Scene& scene, const ExactChain& chain, std::span<const std::size_t> which,
                       const RenderOptions& options, std::size_t instant, const Band* band, Frame& frame,
