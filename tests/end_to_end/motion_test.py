@@ -1,70 +1,35 @@
 """Exposures of a camera in motion, from the command and the run file to records that a schema and `nadir verify` hold to."""
 import json
-import os
-import pathlib
-import subprocess
-import tempfile
 import unittest
 
-import jsonschema
 import numpy as np
 from osgeo import gdal
 
+from kampala import DEGREES_PER_M, LAT, LON, MAP, OverKampala, nadir, records_of
+
 gdal.UseExceptions()
-NADIR = os.environ["NADIR_BIN"]
-SOURCE = pathlib.Path(os.environ["NADIR_SOURCE_DIR"])
-MAP = SOURCE / "sim/demo/maps/kampala.tif"
-LAT, LON = 0.350874, 32.594719  # in the middle of the map
-CAMERA = """image_width: 320
-image_height: 180
-camera_name: small
-camera_matrix: {rows: 3, cols: 3, data: [250, 0, 159.5, 0, 250, 89.5, 0, 0, 1]}
-"""
 
 
-def nadir(*arguments):
-    return subprocess.run([NADIR, *map(str, arguments)], capture_output=True, text=True, timeout=120)
-
-
-class Motion(unittest.TestCase):
+class Motion(OverKampala):
     def setUp(self):
-        self.folder = tempfile.TemporaryDirectory()
-        self.out = pathlib.Path(self.folder.name)
-        (self.out / "small.yaml").write_text(CAMERA)
+        super().setUp()
         # To the north at 20 m/s, turning
-        self.rows = [f"{t},{LAT + t * 20 / 110574:.9f},{LON},70 agl,{15 * t},0,0" for t in range(3)]
+        self.rows = [f"{t},{LAT + t * 20 * DEGREES_PER_M:.9f},{LON},70 agl,{15 * t},0,0" for t in range(3)]
         self.write_poses(self.rows)
-
-    def tearDown(self):
-        self.folder.cleanup()
-
-    def write_poses(self, rows):
-        (self.out / "poses.csv").write_text("\n".join(["t_s,lat_deg,lon_deg,height_m,yaw_deg,pitch_deg,roll_deg", *rows, ""]))
-
-    def render(self, name, *more):
-        return nadir("render", "--map", MAP, "--name", "eo", "--bands", "1,2,3", "--camera", self.out / "small.yaml", "--poses",
-                     self.out / "poses.csv", "-o", self.out / name, "--no-pictures", *more)
-
-    def records(self, folder):
-        schema = json.loads((SOURCE / "sim/record/frames.schema.json").read_text())
-        records = [json.loads(line) for line in (folder / "frames.jsonl").read_text().splitlines()]
-        for record in records:
-            jsonschema.validate(record, schema)
-        return records
 
     def picture(self, folder, record):
         return gdal.Open(str(folder / record["file"])).ReadAsArray().astype(float)
 
     def test_a_row_of_a_rolling_shutter_is_that_of_a_frame_at_its_time(self):
         self.assertEqual(self.render("rolling", "--readout", 0.4).returncode, 0)
-        rolling = self.records(self.out / "rolling")
+        rolling = records_of(self.out / "rolling")
         self.assertEqual(rolling[1]["exposure"]["readout_s"], 0.4)
         # What the middle of row 45 (a quarter of the way down) sees, 0.1 s before the stamp, the middle row of a frame then does
         t = round(1 + 0.4 * (45.5 / 180 - 0.5), 9)
-        self.write_poses([f"0.5,{LAT + 0.5 * 20 / 110574:.9f},{LON},70 agl,7.5,0,0",
-                          f"{t},{LAT + t * 20 / 110574:.9f},{LON},70 agl,{15 * t},0,0"])
+        self.write_poses([f"0.5,{LAT + 0.5 * 20 * DEGREES_PER_M:.9f},{LON},70 agl,7.5,0,0",
+                          f"{t},{LAT + t * 20 * DEGREES_PER_M:.9f},{LON},70 agl,{15 * t},0,0"])
         self.assertEqual(self.render("still").returncode, 0)
-        still = self.records(self.out / "still")
+        still = records_of(self.out / "still")
         self.assertIsNone(still[1]["exposure"])
         found = self.picture(self.out / "rolling", rolling[1])[:, 45]
         right = self.picture(self.out / "still", still[1])[:, 45]
@@ -75,7 +40,7 @@ class Motion(unittest.TestCase):
     def test_blur_is_recorded_and_smooths_along_the_motion(self):
         self.assertEqual(self.render("blur", "--exposure", 0.1).returncode, 0)
         self.assertEqual(self.render("sharp").returncode, 0)
-        blurred, sharp = (self.records(self.out / name) for name in ("blur", "sharp"))
+        blurred, sharp = (records_of(self.out / name) for name in ("blur", "sharp"))
         exposure = blurred[0]["exposure"]
         # 2 m of 0.28 m pixels, and at the image's ends 1.5 degrees of turn more
         self.assertTrue(7 < exposure["motion_px"] < 14, exposure)
@@ -103,7 +68,7 @@ record: {{report: false}}
         done = nadir("fly", self.out / "run.yaml", "-o", flight)
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertIn("exposure_s: 0.02, readout_s: 0.03", (flight / "run.yaml").read_text())
-        records = {(r["vehicle"], r["time_ns"]): r["exposure"] for r in self.records(flight)}
+        records = {(r["vehicle"], r["time_ns"]): r["exposure"] for r in records_of(flight)}
         for vehicle, speed, duration in (("copter", 20, 0.05), ("plane", 25, 0.02)):
             exposure = records[vehicle, 500000000]
             way = np.linalg.norm(np.array(exposure["end"]["ecef_m"]) - np.array(exposure["start"]["ecef_m"]))

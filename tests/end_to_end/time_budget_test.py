@@ -1,46 +1,16 @@
 """Time budgets, from the command and the run file: resolved before the first frame, recorded, and frames that hang on nothing else."""
 import hashlib
 import json
-import os
-import pathlib
 import re
-import subprocess
-import tempfile
 import unittest
 
-import jsonschema
+from kampala import DEGREES_PER_M, LAT, LON, MAP, OverKampala, lines_of, nadir, records_of
 
-NADIR = os.environ["NADIR_BIN"]
-SOURCE = pathlib.Path(os.environ["NADIR_SOURCE_DIR"])
-MAP = SOURCE / "sim/demo/maps/kampala.tif"
-LAT, LON = 0.350874, 32.594719  # in the middle of the map
 AMPLE, TOO_LITTLE = 60_000, 0.001  # ms: the finest sampling of these small frames takes a few, the cheapest a tenth
-CAMERA = """image_width: 160
-image_height: 90
-camera_name: small
-camera_matrix: {rows: 3, cols: 3, data: [125, 0, 79.5, 0, 125, 44.5, 0, 0, 1]}
-"""
-
-
-def nadir(*arguments):
-    return subprocess.run([NADIR, *map(str, arguments)], capture_output=True, text=True, timeout=120)
 
 
 def hashes(folder, *patterns):
     return {str(p.relative_to(folder)): hashlib.sha256(p.read_bytes()).hexdigest() for pattern in patterns for p in sorted(folder.glob(pattern)) if p.is_file()}
-
-
-def lines_of(path, schema):
-    schema = json.loads((SOURCE / "sim/record" / schema).read_text())
-    jsonschema.Draft7Validator.check_schema(schema)
-    lines = [json.loads(line) for line in path.read_text().splitlines()]
-    for line in lines:
-        jsonschema.validate(line, schema)
-    return lines
-
-
-def records_of(folder):
-    return lines_of(folder / "frames.jsonl", "frames.schema.json")
 
 
 def budgets_of(folder):
@@ -52,23 +22,13 @@ def truth_of(folder):
     return [{k: v for k, v in record.items() if k != "render_ms"} for record in records_of(folder)]
 
 
-class TimeBudget(unittest.TestCase):
+class TimeBudget(OverKampala):
+    width = 160
+
     def setUp(self):
-        self.folder = tempfile.TemporaryDirectory()
-        self.out = pathlib.Path(self.folder.name)
-        (self.out / "small.yaml").write_text(CAMERA)
-        self.rows = [f"{t},{LAT + t * 5 / 110574:.9f},{LON},{60 + 10 * t} agl,{15 * t},0,0" for t in range(7)]
+        super().setUp()
+        self.rows = [f"{t},{LAT + t * 5 * DEGREES_PER_M:.9f},{LON},{60 + 10 * t} agl,{15 * t},0,0" for t in range(7)]
         self.write_poses(self.rows)
-
-    def tearDown(self):
-        self.folder.cleanup()
-
-    def write_poses(self, rows):
-        (self.out / "poses.csv").write_text("\n".join(["t_s,lat_deg,lon_deg,height_m,yaw_deg,pitch_deg,roll_deg", *rows, ""]))
-
-    def render(self, name, *more):
-        return nadir("render", "--map", MAP, "--name", "eo", "--bands", "1,2,3", "--camera", self.out / "small.yaml", "--poses",
-                     self.out / "poses.csv", "-o", self.out / name, "--no-pictures", *more)
 
     def write_run(self, sampling):
         (self.out / "run.yaml").write_text(f"""duration_s: 2
