@@ -80,11 +80,20 @@ std::string log_tics(char axis, const std::vector<double>& values) {
   return fmt::format("set {}tics ({})\n", axis, list);
 }
 
-/// Labels of sizes: the sizes themselves, large powers of two as such.
+/// Whether labels of `sizes`, ascending, find room beside each other on a logarithmic axis.
+bool have_room(const std::vector<double>& sizes) {
+  constexpr double most_labels = 16;
+  if (sizes.size() < 2) return true;
+  const double room = std::log(sizes.back() / sizes.front()) / most_labels;
+  return std::adjacent_find(sizes.begin(), sizes.end(), [&](double a, double b) { return std::log(b / a) < room; }) ==
+         sizes.end();
+}
+
+/// Labels of sizes: the sizes themselves where they have room, large powers of two as such.
 std::string size_tics(std::vector<double> sizes) {
   std::sort(sizes.begin(), sizes.end());
   sizes.erase(std::unique(sizes.begin(), sizes.end()), sizes.end());
-  if (sizes.size() > 16) return log_tics('x', sizes);
+  if (!have_room(sizes)) return log_tics('x', sizes);
   std::string list;
   for (const double size : sizes) {
     int exponent = 0;
