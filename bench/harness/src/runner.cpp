@@ -136,6 +136,8 @@ std::string label(const std::string& name, const std::string& setting) {
 std::string as_counter(std::string text) {
   std::replace(text.begin(), text.end(), '\n', ' ');
   std::replace(text.begin(), text.end(), ';', ',');
+  constexpr std::string_view equals = " = ";  // "at t = 1 s" reads on as "at t 1 s"
+  for (std::size_t at; (at = text.find(equals)) != std::string::npos;) text.replace(at, equals.size(), 1, ' ');
   std::replace(text.begin(), text.end(), '=', ' ');
   return text;
 }

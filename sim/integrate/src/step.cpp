@@ -24,7 +24,7 @@ Error not_finite(const Eigen::Ref<const Eigen::VectorXd>& x, double t_s) {
   while (i + 1 < x.size() && std::isfinite(x[i])) ++i;
   return {Error::Kind::Unsupported,
           fmt::format(
-              "the motion diverged at {} s: component {} of the state is {}; a shorter step, gentler controls or "
+              "the motion diverged at t = {} s: component {} of the state is {}; a shorter step, gentler controls or "
               "gains are needed",
               t_s, i, x[i])};
 }

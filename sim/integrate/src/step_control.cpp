@@ -57,7 +57,7 @@ Error stopped(std::string_view method, std::string_view why, double t_s, double 
   for (Eigen::Index i = 0; i < x.size() && i < 32; ++i) state += fmt::format("{}{:.6g}", i ? ", " : "", x[i]);
   if (x.size() > 32) state += ", ...";
   return {Error::Kind::Unsupported,
-          fmt::format("{} stopped at {:.9g} s with a step of {:.3g} s: {}; the state is [{}]", method, t_s, step_s,
+          fmt::format("{} stopped at t = {:.9g} s with a step of {:.3g} s: {}; the state is [{}]", method, t_s, step_s,
                       why, state)};
 }
 
