@@ -146,7 +146,7 @@ Suite integrate_suite() {
             std::vector<Case> cases = {work_precision<2>(harmonic, options), work_precision<7>(rigid_body, options),
                                        work_precision<2>(motor, options), work_precision<4>(landing_gear, options)};
             for (const Flight flight : {Flight::Cruise, Flight::Roll, Flight::Stall, Flight::Gust, Flight::Drop})
-              cases.push_back(work_precision<16>([=] { return aerosonde_in(flight); }, options));
+              cases.push_back(work_precision<13>([=] { return aerosonde_in(flight); }, options));
             cases.push_back({"where each breaks", []() -> Result<Comparison> {
                                Comparison comparison{.warm_up = false, .rounds = 3};
                                for (const Breaking& one : breaking_cases())

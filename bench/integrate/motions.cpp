@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <vector>
 
 #include "nadir/sim/trim.h"
 
@@ -108,7 +109,7 @@ Motion<4> landing_gear() {
           .one = Vector4d::Ones()};
 }
 
-Motion<16> aerosonde_in(Flight flight) {
+Motion<13> aerosonde_in(Flight flight) {
   using namespace sim;
   const auto place = geodesy::Geodetic::degrees(38.1, -0.76, 3000);
   const FixedWing vehicle = aerosonde();
@@ -117,7 +118,7 @@ Motion<16> aerosonde_in(Flight flight) {
   const Trim cruise = steady.value();
   FixedWingState state = trimmed_state(cruise, air, place, 0.5, Eigen::Vector3d::Zero());
   if (flight == Flight::Drop) state.velocity.xyz.setZero();
-  Motion<16> motion{
+  Motion<13> motion{
       .name = name_of(flight), .start = to_vector(state), .interval_s = 0.01, .intervals = 1000, .unit = "m"};
   const Eigen::Vector3d origin = motion.start.head<3>();
   motion.start.head<3>().setZero();
@@ -140,18 +141,23 @@ Motion<16> aerosonde_in(Flight flight) {
     if (flight != Flight::Gust || t_s < 1 || t_s > 3) return Eigen::Vector3d::Zero();
     return 0.5 * (1 - std::cos(pi * (t_s - 1))) * Eigen::Vector3d(2, 4, -5);  // 1-cosine, 2 s long
   };
-  motion.derivative_of = [=](int i) {
+  std::vector<Surfaces> surfaces = {state.surfaces};  // where intervals begin
+  for (int i = 0; i + 1 < motion.intervals; ++i)
+    surfaces.push_back(surfaces_after(vehicle, surfaces.back(), controls_at(i).surfaces, motion.interval_s));
+  motion.derivative_of = [=, interval_s = motion.interval_s](int i) {
     const Controls controls = controls_at(i);
-    return [=](double t_s, const FixedWingVector& x) {
-      FixedWingVector there = x;
+    const double from_s = i * interval_s;
+    return [=, from = surfaces[static_cast<std::size_t>(i)]](double t_s, const BodyVector& x) {
+      BodyVector there = x;
       there.head<3>() += origin;
-      return derivative(vehicle, air, there, controls, wind_at(t_s));
+      return derivative(vehicle, air, there, surfaces_after(vehicle, from, controls.surfaces, t_s - from_s),
+                        controls.throttle, wind_at(t_s));
     };
   };
   motion.counted.setZero();
   motion.counted.head<3>().setOnes();
-  // A metre, a metre a second, a tenth of attitude and of rates and surfaces
-  motion.one << 1, 1, 1, 1, 1, 1, 0.1, 0.1, 0.1, 0.1, 0.1, 0.1, 0.1, 0.1, 0.1, 0.1;
+  // A metre, a metre a second, a tenth of attitude and of rates
+  motion.one << 1, 1, 1, 1, 1, 1, 0.1, 0.1, 0.1, 0.1, 0.1, 0.1, 0.1;
   motion.most_steps = 16;
   return motion;
 }

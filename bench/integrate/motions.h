@@ -34,8 +34,8 @@ Motion<2> motor();
 Motion<4> landing_gear();
 
 /// The Aerosonde over WGS-84, 3000 m up, from trimmed flight at 25 m/s: position from the start, and the other
-/// components of its state. Error: of position, m.
+/// components of a body's state; the servos' lag is exact. Error: of position, m.
 enum class Flight { Cruise, Roll, Stall, Gust, Drop };
-Motion<16> aerosonde_in(Flight flight);
+Motion<13> aerosonde_in(Flight flight);
 
 }  // namespace nadir::bench

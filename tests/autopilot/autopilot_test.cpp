@@ -177,8 +177,8 @@ TEST(ClosedLoopMission, TheSameFlightGivesTheSameBits) {
         [](const Navigation&) {});
     return to_vector(loop.state);
   };
-  const FixedWingVector a = end(), b = end();
-  EXPECT_EQ(std::memcmp(a.data(), b.data(), sizeof(double) * 16), 0);
+  const BodyVector a = end(), b = end();
+  EXPECT_EQ(std::memcmp(a.data(), b.data(), sizeof(double) * 13), 0);
 }
 
 TEST(ClosedLoopMission, EndsInACircleThatTouchesTheLastWaypoint) {

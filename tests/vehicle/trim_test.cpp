@@ -45,7 +45,7 @@ TEST(Trim, AMinuteOfFlightHoldsHeightAndAirspeed) {
   ASSERT_TRUE(t);
   const FixedWingState end = fly(trimmed_state(*t, flat, origin, 0.3, still_air), flat, t->controls, 60);
   EXPECT_NEAR(flat.at(end.position).height_m, 0, 1e-4);
-  EXPECT_NEAR(air_data(end, flat, still_air).airspeed_mps, 25, 1e-5);
+  EXPECT_NEAR(body_in_air(end, flat, still_air).flow.airspeed_mps, 25, 1e-5);
 }
 
 TEST(Trim, OverTheRealEarthAMinuteOfFlightDriftsByWhatCoriolisDoes) {
@@ -55,7 +55,7 @@ TEST(Trim, OverTheRealEarthAMinuteOfFlightDriftsByWhatCoriolisDoes) {
   ASSERT_TRUE(t) << t.error().message;
   const FixedWingState end = fly(trimmed_state(*t, earth, place, 0.3, still_air), earth, t->controls, 60);
   EXPECT_NEAR(earth.at(end.position).height_m, 3000, 2);
-  EXPECT_NEAR(air_data(end, earth, still_air).airspeed_mps, 25, 0.05);
+  EXPECT_NEAR(body_in_air(end, earth, still_air).flow.airspeed_mps, 25, 0.05);
 }
 
 TEST(Trim, AMinuteOfTurnClosesItsCircle) {

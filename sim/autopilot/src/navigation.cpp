@@ -5,7 +5,7 @@
 namespace nadir::sim {
 using Eigen::Vector3d;
 
-Navigation true_navigation(const FixedWingState& state, const Environment& environment, const Vector3d& wind_ned_mps,
+Navigation true_navigation(const BodyState& state, const Environment& environment, const Vector3d& wind_ned_mps,
                            const geodesy::LocalFrame& scene) {
   const Surroundings here = environment.at(state.position);
   const Vector3d p_enu = (scene.enu_from_ecef() * state.position).xyz;

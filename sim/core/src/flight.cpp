@@ -69,12 +69,12 @@ class Flight final : public PoseSource {
     const Eigen::Vector3d earth_rate = environment_.at(now.position).earth_rate_ecef_radps;
     state.twist = {now.velocity.xyz, now.body_rates_radps - now.ecef_from_body.quaternion.conjugate() * earth_rate};
     const AirMotion moving = air_at(time_ns);
-    const AirData air = air_data(now, environment_, moving);
+    const AirData air = body_in_air(now, environment_, moving).flow;
     const Loads load = loads(vehicle_, environment_, now, controls_, moving);
     FlightData flight;
     flight.velocity_ned_mps = ecef_from_ned(state.place).rotation.conjugate() * now.velocity.xyz;
     flight.rates_radps = now.body_rates_radps;
-    flight.specific_force_mps2 = load.force_body_n / vehicle_.mass_kg;
+    flight.specific_force_mps2 = load.force_body_n / vehicle_.mass.mass_kg();
     flight.wind_ned_mps = moving.velocity_ned_mps;
     flight.airspeed_mps = air.airspeed_mps;
     flight.alpha_rad = air.alpha_rad;

@@ -4,15 +4,16 @@
 #include <cmath>
 #include <numbers>
 
+#include "nadir/sim/lag.h"
 #include "nadir/sim/step.h"
 
 namespace nadir::sim {
-using Eigen::Matrix3d, Eigen::Quaterniond, Eigen::Vector3d;
+using Eigen::Vector3d;
 
 FixedWing aerosonde() {
   FixedWing a;
-  a.mass_kg = 11.0;
-  a.jxx_kgm2 = 0.8224, a.jyy_kgm2 = 1.135, a.jzz_kgm2 = 1.759, a.jxz_kgm2 = 0.1204;
+  a.mass = MassProperties::create(11.0, {.jxx_kgm2 = 0.8224, .jyy_kgm2 = 1.135, .jzz_kgm2 = 1.759, .jxz_kgm2 = 0.1204})
+               .value();
   a.wing_area_m2 = 0.55, a.span_m = 2.8956, a.chord_m = 0.18994;
   a.stall_alpha_rad = 0.47, a.stall_sharpness = 50;
   a.lift = {.zero = 0.23, .alpha = 5.61, .q = 7.95, .elevator = 0.13};
@@ -37,34 +38,15 @@ FixedWing aerosonde() {
   return a;
 }
 
-FixedWingVector to_vector(const FixedWingState& state) {
-  FixedWingVector x;
-  x << state.position.xyz, state.velocity.xyz, state.ecef_from_body.quaternion.coeffs(), state.body_rates_radps,
-      state.surfaces.elevator_rad, state.surfaces.aileron_rad, state.surfaces.rudder_rad;
-  return x;
-}
-
-FixedWingState state_from_vector(const FixedWingVector& x) {
-  FixedWingState state;
-  state.position.xyz = x.segment<3>(0);
-  state.velocity.xyz = x.segment<3>(3);
-  state.ecef_from_body.quaternion.coeffs() = x.segment<4>(6);
-  state.body_rates_radps = x.segment<3>(10);
-  state.surfaces = {x[13], x[14], x[15]};
-  return state;
-}
-
-AirData air_data_from(const Vector3d& velocity_body_mps) {
-  const Vector3d& v = velocity_body_mps;
-  return {.velocity_body_mps = v,
-          .airspeed_mps = v.norm(),
-          .alpha_rad = std::atan2(v.z(), v.x()),
-          .beta_rad = std::atan2(v.y(), std::sqrt(v.x() * v.x() + v.z() * v.z()))};
-}
-
-AirData air_data(const FixedWingState& state, const Environment& environment, const AirMotion& air) {
-  const Vector3d wind_ecef = environment.at(state.position).ecef_from_ned * air.velocity_ned_mps;
-  return air_data_from(state.ecef_from_body.quaternion.conjugate() * (state.velocity.xyz - wind_ecef));
+Surfaces surfaces_after(const FixedWing& vehicle, const Surfaces& from, const Surfaces& command, double duration_s) {
+  if (duration_s <= 0) return from;
+  const FirstOrderLag servo(vehicle.servo_time_constant_s, duration_s);
+  const double limit = vehicle.max_deflection_rad;
+  const auto moved = [&](double now_rad, double command_rad) {
+    return servo.held(now_rad, std::clamp(command_rad, -limit, limit));
+  };
+  return {moved(from.elevator_rad, command.elevator_rad), moved(from.aileron_rad, command.aileron_rad),
+          moved(from.rudder_rad, command.rudder_rad)};
 }
 
 double stall_blend(const FixedWing& vehicle, double alpha_rad) {
@@ -118,80 +100,42 @@ Loads loads(const FixedWing& vehicle, const AirData& air, const Vector3d& rates_
   return sum;
 }
 
-Vector3d angular_acceleration(const FixedWing& vehicle, const Vector3d& rates_radps, const Vector3d& moment_body_nm) {
-  const double jx = vehicle.jxx_kgm2, jy = vehicle.jyy_kgm2, jz = vehicle.jzz_kgm2, jxz = vehicle.jxz_kgm2;
-  const Vector3d momentum(jx * rates_radps.x() - jxz * rates_radps.z(), jy * rates_radps.y(),
-                          jz * rates_radps.z() - jxz * rates_radps.x());
-  const Vector3d torque = moment_body_nm - rates_radps.cross(momentum);
-  const double determinant = jx * jz - jxz * jxz;
-  return {(jz * torque.x() + jxz * torque.z()) / determinant, torque.y() / jy,
-          (jxz * torque.x() + jx * torque.z()) / determinant};
-}
-
 namespace {
 
-double limited_throttle(const Controls& controls) { return std::clamp(controls.throttle, 0.0, 1.0); }
+double limited(double throttle) { return std::clamp(throttle, 0.0, 1.0); }
 
-/// The state in the terms its forces depend on.
-struct Flight {
-  Surroundings here;
-  Matrix3d ecef_from_body;
-  Vector3d rates_radps;  // against the ground
-  Loads loads;
-};
-Flight flight(const FixedWing& vehicle, const Environment& environment, const FixedWingState& state,
-              const Controls& controls, const AirMotion& air) {
-  Flight f;
-  f.here = environment.at(state.position);
-  f.ecef_from_body = state.ecef_from_body.quaternion.toRotationMatrix();
-  const Matrix3d body_from_ecef = f.ecef_from_body.transpose();
-  f.rates_radps = state.body_rates_radps - body_from_ecef * f.here.earth_rate_ecef_radps;
-  const AirData flow =
-      air_data_from(body_from_ecef * (state.velocity.xyz - f.here.ecef_from_ned * air.velocity_ned_mps));
-  const Vector3d against_air_radps = f.rates_radps - body_from_ecef * (f.here.ecef_from_ned * air.rates_ned_radps);
-  f.loads = loads(vehicle, flow, against_air_radps, state.surfaces, limited_throttle(controls), f.here.density_kgpm3);
-  return f;
+Loads loads(const FixedWing& vehicle, const BodyInAir& in_air, const Surfaces& surfaces, double throttle) {
+  return loads(vehicle, in_air.flow, in_air.rates_against_air_radps, surfaces, limited(throttle),
+               in_air.here.density_kgpm3);
 }
 
 }  // namespace
 
 Loads loads(const FixedWing& vehicle, const Environment& environment, const FixedWingState& state,
             const Controls& controls, const AirMotion& air) {
-  return flight(vehicle, environment, state, controls, air).loads;
+  return loads(vehicle, body_in_air(state, environment, air), state.surfaces, controls.throttle);
 }
 
-FixedWingVector derivative(const FixedWing& vehicle, const Environment& environment, const FixedWingVector& x,
-                           const Controls& controls, const AirMotion& air) {
-  const FixedWingState state = state_from_vector(x);
-  const Flight f = flight(vehicle, environment, state, controls, air);
-
-  const Vector3d acceleration = f.ecef_from_body * (f.loads.force_body_n / vehicle.mass_kg) + f.here.gravity_ecef_mps2 -
-                                2 * f.here.earth_rate_ecef_radps.cross(state.velocity.xyz);
-  const Quaterniond turn(0, 0.5 * f.rates_radps.x(), 0.5 * f.rates_radps.y(), 0.5 * f.rates_radps.z());
-  const auto servo = [&](double command_rad, double now_rad) {
-    const double limit = vehicle.max_deflection_rad;
-    return (std::clamp(command_rad, -limit, limit) - now_rad) / vehicle.servo_time_constant_s;
-  };
-
-  FixedWingVector change;
-  change << state.velocity.xyz, acceleration, (state.ecef_from_body.quaternion * turn).coeffs(),
-      angular_acceleration(vehicle, state.body_rates_radps, f.loads.moment_body_nm),
-      servo(controls.surfaces.elevator_rad, state.surfaces.elevator_rad),
-      servo(controls.surfaces.aileron_rad, state.surfaces.aileron_rad),
-      servo(controls.surfaces.rudder_rad, state.surfaces.rudder_rad);
-  return change;
+BodyVector derivative(const FixedWing& vehicle, const Environment& environment, const BodyVector& x,
+                      const Surfaces& surfaces, double throttle, const AirMotion& air) {
+  const BodyState state = body_state_from_vector(x);
+  const BodyInAir in_air = body_in_air(state, environment, air);
+  return body_derivative(vehicle.mass, state, in_air, loads(vehicle, in_air, surfaces, throttle));
 }
 
 Result<FixedWingState> advance(const FixedWing& vehicle, const Environment& environment, const FixedWingState& state,
                                const Controls& controls, const AirOverTime& air, double t_s, double dt_s) {
-  const auto change = [&](double time_s, const FixedWingVector& x) {
-    return derivative(vehicle, environment, x, controls, air.at(time_s));
+  const auto surfaces_at = [&](double time_s) {
+    return surfaces_after(vehicle, state.surfaces, controls.surfaces, time_s - t_s);
   };
-  FixedWingVector x = rk4_step(change, t_s, to_vector(state), dt_s);
-  renormalise_quaternion(x, 6);
+  const auto change = [&](double time_s, const BodyVector& x) {
+    return derivative(vehicle, environment, x, surfaces_at(time_s), controls.throttle, air.at(time_s));
+  };
+  BodyVector x = rk4_step(change, t_s, to_vector(state), dt_s);
+  renormalise_quaternion(x, body_quaternion_at);
   const auto finite = finite_or_error(x, t_s + dt_s);
   if (!finite) return fail(finite);
-  return state_from_vector(*finite);
+  return FixedWingState{body_state_from_vector(*finite), surfaces_at(t_s + dt_s)};
 }
 
 }  // namespace nadir::sim

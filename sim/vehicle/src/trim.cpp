@@ -33,8 +33,8 @@ struct Problem {
     const Loads l = loads(vehicle, air_data_from(v), turn, surfaces(u), u[6], density_kgpm3);
     const Vector3d gravity = ned_from_body.conjugate() * Vector3d(0, 0, gravity_mps2);
     Vector7 out;
-    out << l.force_body_n / vehicle.mass_kg + gravity - turn.cross(v),
-        angular_acceleration(vehicle, turn, l.moment_body_nm),
+    out << l.force_body_n / vehicle.mass.mass_kg() + gravity - turn.cross(v),
+        vehicle.mass.angular_acceleration(turn, l.moment_body_nm),
         (ned_from_body * v).z() + target.airspeed_mps * std::sin(target.climb_angle_rad);
     return out;
   }

@@ -2,7 +2,7 @@
 
 #include "nadir/geodesy/attitude.h"
 #include "nadir/geodesy/geodetic.h"
-#include "nadir/sim/fixed_wing.h"
+#include "nadir/sim/rigid_body.h"
 
 namespace nadir::sim {
 
@@ -20,7 +20,7 @@ struct Navigation {
   Eigen::Vector3d rates_radps = Eigen::Vector3d::Zero();  // body axes
 };
 
-Navigation true_navigation(const FixedWingState& state, const Environment& environment,
-                           const Eigen::Vector3d& wind_ned_mps, const geodesy::LocalFrame& scene);
+Navigation true_navigation(const BodyState& state, const Environment& environment, const Eigen::Vector3d& wind_ned_mps,
+                           const geodesy::LocalFrame& scene);
 
 }  // namespace nadir::sim

@@ -3,10 +3,10 @@
 #include <Eigen/Core>
 
 #include "nadir/base/result.h"
-#include "nadir/geodesy/frames.h"
 #include "nadir/sim/air_motion.h"
 #include "nadir/sim/environment.h"
 #include "nadir/sim/propulsion.h"
+#include "nadir/sim/rigid_body.h"
 
 namespace nadir::sim {
 
@@ -22,8 +22,7 @@ struct Coefficient {
 /// Positive elevator pushes the nose down, positive aileron rolls right, positive rudder turns the nose left (for signs
 /// of the derivatives as in `aerosonde`).
 struct FixedWing {
-  double mass_kg = 0;
-  double jxx_kgm2 = 0, jyy_kgm2 = 0, jzz_kgm2 = 0, jxz_kgm2 = 0;  // inertia about the centre of mass
+  MassProperties mass;
   double wing_area_m2 = 0, span_m = 0, chord_m = 0;
   double oswald = 0.9;         // efficiency of the wing in induced drag
   double stall_alpha_rad = 0;  // where the lift is half linear, half a flat plate's
@@ -35,7 +34,7 @@ struct FixedWing {
   Coefficient roll, pitch, yaw;
 
   Propulsion propulsion;
-  double servo_time_constant_s = 0;  // of each surface's first-order lag, > 0
+  double servo_time_constant_s = 0;  // of each surface's first-order lag, >= 0
   double max_deflection_rad = 0;     // of each surface, either way
 };
 
@@ -55,43 +54,18 @@ struct Controls {
 };
 
 /// All that the future of a flight depends on, besides controls and wind.
-struct FixedWingState {
-  geodesy::Point<geodesy::frame::Ecef> position{Eigen::Vector3d::Zero()};      // of the centre of mass
-  geodesy::Direction<geodesy::frame::Ecef> velocity{Eigen::Vector3d::Zero()};  // against the ground, m/s
-  geodesy::Rotation<geodesy::frame::Ecef, geodesy::frame::Body> ecef_from_body;
-  Eigen::Vector3d body_rates_radps =
-      Eigen::Vector3d::Zero();  // against inertial space, along body axes: what gyros feel
+struct FixedWingState : BodyState {
   Surfaces surfaces;
 };
 
-/// The same as numbers for an integrator: position 0-2, velocity 3-5, quaternion x y z w 6-9, rates 10-12, elevator,
-/// aileron and rudder 13-15.
-using FixedWingVector = Eigen::Matrix<double, 16, 1>;
-FixedWingVector to_vector(const FixedWingState& state);
-FixedWingState state_from_vector(const FixedWingVector& x);
-
-/// The air as it meets the vehicle. All zero in still air at rest.
-struct AirData {
-  Eigen::Vector3d velocity_body_mps = Eigen::Vector3d::Zero();  // of the vehicle against the air
-  double airspeed_mps = 0;
-  double alpha_rad = 0;  // angle of attack, (-pi, pi]
-  double beta_rad = 0;   // side-slip, positive with the air from the right
-};
-AirData air_data_from(const Eigen::Vector3d& velocity_body_mps);
-
-AirData air_data(const FixedWingState& state, const Environment& environment, const AirMotion& air);
+/// Where surfaces stand that a command has driven for `duration_s`, exactly, however long: limits, then the servos'
+/// lag.
+Surfaces surfaces_after(const FixedWing& vehicle, const Surfaces& from, const Surfaces& command, double duration_s);
 
 /// Share of the flat plate in the wing's lift: 0 while the flow is attached, 1/2 at the stall on either side, 1 beyond.
 /// Source: Beard and McLain, Small Unmanned Aircraft, 2012, equation 4.10, written as a product of two logistic
 /// functions, which does not overflow.
 double stall_blend(const FixedWing& vehicle, double alpha_rad);
-
-/// Force and moment along body axes, about the centre of mass, without gravity: force over mass is what accelerometers
-/// feel.
-struct Loads {
-  Eigen::Vector3d force_body_n;
-  Eigen::Vector3d moment_body_nm;
-};
 
 /// What air and surfaces do, without the propeller.
 /// Terms with body rates are written with Va in the numerator, so that nothing is divided by airspeed and the loads
@@ -108,16 +82,13 @@ Loads loads(const FixedWing& vehicle, const AirData& air, const Eigen::Vector3d&
 Loads loads(const FixedWing& vehicle, const Environment& environment, const FixedWingState& state,
             const Controls& controls, const AirMotion& air);
 
-/// Angular acceleration, rad/s^2, of a body that turns at `rates_radps` under a moment.
-Eigen::Vector3d angular_acceleration(const FixedWing& vehicle, const Eigen::Vector3d& rates_radps,
-                                     const Eigen::Vector3d& moment_body_nm);
+/// Change with time of a body's state, surfaces being where they are. A pure function: the same arguments give the same
+/// bits.
+BodyVector derivative(const FixedWing& vehicle, const Environment& environment, const BodyVector& x,
+                      const Surfaces& surfaces, double throttle, const AirMotion& air);
 
-/// Change of the state vector with time. A pure function: the same arguments give the same bits.
-FixedWingVector derivative(const FixedWing& vehicle, const Environment& environment, const FixedWingVector& x,
-                           const Controls& controls, const AirMotion& air);
-
-/// The state `dt_s` after `t_s`, by one Runge-Kutta step with controls held and the air as it is at each moment. Fails
-/// where the motion diverges. 2.5 ms is what the simulator takes: an eighth of the servos' lag.
+/// The state `dt_s` after `t_s`, by one Runge-Kutta step with controls held and the air and surfaces as they are at
+/// each moment. Fails where the motion diverges.
 Result<FixedWingState> advance(const FixedWing& vehicle, const Environment& environment, const FixedWingState& state,
                                const Controls& controls, const AirOverTime& air, double t_s, double dt_s);
 
