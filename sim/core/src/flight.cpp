@@ -6,110 +6,41 @@
 #include <cmath>
 
 #include "nadir/sim/air_along_path.h"
-#include "nadir/sim/autopilot.h"
-#include "nadir/sim/mission.h"
+#include "nadir/sim/flight.h"
+#include "nadir/sim/flown_fixed_wing.h"
 #include "nadir/sim/pose_file.h"
-#include "nadir/sim/trim.h"
 
 namespace nadir::sim {
 namespace {
 
 using namespace geodesy;
 
-const Rate dynamics_rate{400, 1'000'000'000}, control_rate{100, 1'000'000'000};
-constexpr double control_s = 0.01;
-static_assert(AirAlongPath::period_ns == 10'000'000, "the air is sampled with the control");
-constexpr std::int64_t step_ns = 2'500'000;
+const Rate period_rate{1, Flight::period_ns};
 
-class Flight final : public PoseSource {
+class FlownPoses final : public PoseSource {
  public:
-  Flight(const FixedWing& vehicle, const Environment& environment, AirAlongPath air, const LocalFrame& scene,
-         const FixedWingState& state, const Trim& level, const FeedForward& feed_forward, Mission mission)
-      : vehicle_(vehicle),
-        environment_(environment),
-        air_(std::move(air)),
-        scene_(scene),
-        before_(state),
-        state_(state),
-        controls_(level.controls),
-        autopilot_(feed_forward),
-        mission_(std::move(mission)) {}
+  explicit FlownPoses(Flight flight) : flight_(std::move(flight)) {}
 
   void schedule(Scheduler& scheduler) override {
-    scheduler.add(Scheduler::Stage::Decide, control_rate, [this](std::int64_t time_ns) -> Result<void> {
-      if (auto ok = air_.advance(environment_, {state_.position, state_.velocity}); !ok) return ok;
-      const Navigation now = true_navigation(state_, environment_, air_at(time_ns).velocity_ned_mps, scene_);
-      const Path& path = mission_.path_at(now);
-      guidance_ = follow(path, now, PathGains{});
-      off_path_ = path_error(path, now);
-      controls_ = autopilot_.step(guidance_, now, control_s);
-      return {};
-    });
-    scheduler.add(Scheduler::Stage::Move, dynamics_rate, [this](std::int64_t time_ns) -> Result<void> {
-      auto next = moved(state_, time_ns, step_ns);
-      if (!next) return fail(next);
-      before_ = state_;
-      before_time_ns_ = time_ns;
-      state_ = *next;
-      state_time_ns_ = time_ns + step_ns;
-      return {};
-    });
+    scheduler.add(Scheduler::Stage::Decide, period_rate, [this](std::int64_t) { return flight_.decide(); });
+    scheduler.add(Scheduler::Stage::Move, period_rate, [this](std::int64_t) { return flight_.move(); });
   }
 
   Result<VehicleState> state_at(std::int64_t time_ns) const override {
-    // The motion runs ahead: state_ is where the step under way ends. A frame within it gets a shorter step of its own
-    // from where it began: the pose at its time, not one interpolated.
-    FixedWingState now = state_;
-    if (time_ns < state_time_ns_) {
-      auto within = moved(before_, before_time_ns_, time_ns - before_time_ns_);
-      if (!within) return fail(within);
-      now = *within;
-    }
-    VehicleState state = vehicle_state(time_ns, {now.ecef_from_body.quaternion, now.position.xyz});
-    const Eigen::Vector3d earth_rate = environment_.at(now.position).earth_rate_ecef_radps;
-    state.twist = {now.velocity.xyz, now.body_rates_radps - now.ecef_from_body.quaternion.conjugate() * earth_rate};
-    const AirMotion moving = air_at(time_ns);
-    const AirData air = body_in_air(now, environment_, moving).flow;
-    const Loads load = loads(vehicle_, environment_, now, controls_, moving);
-    FlightData flight;
-    flight.velocity_ned_mps = ecef_from_ned(state.place).rotation.conjugate() * now.velocity.xyz;
-    flight.rates_radps = now.body_rates_radps;
-    flight.specific_force_mps2 = load.force_body_n / vehicle_.mass.mass_kg();
-    flight.wind_ned_mps = moving.velocity_ned_mps;
-    flight.airspeed_mps = air.airspeed_mps;
-    flight.alpha_rad = air.alpha_rad;
-    flight.beta_rad = air.beta_rad;
-    flight.elevator_rad = now.surfaces.elevator_rad;
-    flight.aileron_rad = now.surfaces.aileron_rad;
-    flight.rudder_rad = now.surfaces.rudder_rad;
-    flight.throttle = controls_.throttle;
-    flight.commanded_height_m = guidance_.height_m;
-    flight.off_path_right_m = off_path_.right_m;
-    flight.off_path_above_m = off_path_.above_m;
-    state.flight = flight;
+    const auto now = flight_.at(time_ns);
+    if (!now) return fail(now);
+    const BodyState& body = now->body;
+    VehicleState state = vehicle_state(time_ns, {body.ecef_from_body.quaternion, body.position.xyz});
+    const Eigen::Vector3d earth_rate = flight_.environment().at(body.position).earth_rate_ecef_radps;
+    state.twist = {body.velocity.xyz, body.body_rates_radps - body.ecef_from_body.quaternion.conjugate() * earth_rate};
+    state.flight = now->data;
     return state;
   }
 
+  std::span<const std::string> channels() const override { return flight_.vehicle().channels(); }
+
  private:
-  /// `from`, the state at `from_ns`, some time later.
-  Result<FixedWingState> moved(const FixedWingState& from, std::int64_t from_ns, std::int64_t duration_ns) const {
-    return advance(vehicle_, environment_, from, controls_, air_.air(), static_cast<double>(from_ns) * 1e-9,
-                   static_cast<double>(duration_ns) * 1e-9);
-  }
-
-  AirMotion air_at(std::int64_t time_ns) const { return air_.air().at(static_cast<double>(time_ns) * 1e-9); }
-
-  const FixedWing vehicle_;
-  const Environment environment_;
-  AirAlongPath air_;
-  const LocalFrame scene_;
-  FixedWingState before_, state_;  // at the beginning and at the end of the step under way
-  std::int64_t before_time_ns_ = 0, state_time_ns_ = 0;
-  Controls controls_;
-  Guidance guidance_;
-  PathError off_path_;
-  Autopilot autopilot_;
-  Mission mission_;
+  Flight flight_;
 };
 
 /// Its poses cover the whole run.
@@ -219,12 +150,6 @@ Result<std::unique_ptr<PoseSource>> make_flight(const RunFile& run, const std::s
   }
   const Environment environment = run.flat_earth ? Environment::flat(scene.origin())
                                                  : Environment::wgs84(sea_level_m, Atmosphere(run.air.atmosphere));
-  const auto level = trim(vehicle, {.airspeed_mps = setup.airspeed_mps}, environment, place);
-  if (!level) return fail(level);
-  const Surroundings here = environment.at(ecef_from_geodetic(place));
-  const auto forward = feed_forward(vehicle, setup.airspeed_mps, here.density_kgpm3, here.gravity_ecef_mps2.norm());
-  if (!forward) return fail(forward);
-
   std::vector<Waypoint> waypoints;
   for (const WaypointSetup& point : setup.mission) {
     const auto waypoint = in_scene(point, ground);
@@ -246,9 +171,16 @@ Result<std::unique_ptr<PoseSource>> make_flight(const RunFile& run, const std::s
   auto air = AirAlongPath::start(std::move(*parts), ecef_from_geodetic(place),
                                  {std::cos(yaw_rad), std::sin(yaw_rad), 0}, setup.airspeed_mps);
   if (!air) return fail(air);
-  const FixedWingState state = trimmed_state(*level, environment, place, yaw_rad, air->air().end().velocity_ned_mps);
-  return std::make_unique<Flight>(vehicle, environment, std::move(*air), scene, state, *level, *forward,
-                                  std::move(*mission));
+  auto flown = fly_fixed_wing({.vehicle = vehicle,
+                               .environment = environment,
+                               .scene = scene,
+                               .start = place,
+                               .yaw_rad = yaw_rad,
+                               .airspeed_mps = setup.airspeed_mps,
+                               .wind_ned_mps = air->air().end().velocity_ned_mps,
+                               .mission = std::move(*mission)});
+  if (!flown) return fail(flown);
+  return std::make_unique<FlownPoses>(Flight(environment, std::move(*air), std::move(*flown)));
 }
 
 Result<std::unique_ptr<PoseSource>> make_recorded_poses(const RunFile& run, const VehicleSetup& setup,

@@ -8,8 +8,7 @@
 
 namespace nadir::sim {
 
-/// A fixed wing flown by its autopilot: dynamics at 400 Hz, control at 100 Hz, from trim,
-/// in air sampled at 100 Hz.
+/// A vehicle flown by its autopilot, from trim, in the run's air.
 Result<std::unique_ptr<PoseSource>> make_flight(const RunFile& run, const std::string& name, const VehicleSetup& setup,
                                                 const render::Surface& ground);
 

@@ -89,6 +89,13 @@ const PreparedSensor& Run::sensor(std::string_view vehicle, std::string_view nam
   return *found;
 }
 
+const PreparedVehicle& Run::vehicle(std::string_view name) const {
+  const auto found =
+      std::find_if(vehicles_.begin(), vehicles_.end(), [&](const PreparedVehicle& v) { return v.name == name; });
+  assert(found != vehicles_.end());
+  return *found;
+}
+
 render::RenderOptions Run::render_options(const PreparedSensor& sensor) const {
   return {.quality = sensor.setup.quality.value_or(file_.quality),
           .oversampling = sensor.setup.oversampling,
@@ -139,9 +146,7 @@ Result<RunSummary> Run::execute(render::Renderer& renderer, std::span<Sink* cons
                   });
   }
   for (const PreparedSensor& sensor : sensors_) {
-    const PoseSource* source = nullptr;
-    for (const PreparedVehicle& vehicle : vehicles_)
-      if (vehicle.name == sensor.vehicle) source = vehicle.source.get();
+    const PoseSource* source = vehicle(sensor.vehicle).source.get();
     std::optional<render::AdaptiveQuality> adaptive;
     if (render_frames && sensor.setup.adaptive) adaptive.emplace(*sensor.fitted);
     scheduler.add(

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <array>
 #include <cerrno>
 #include <cstring>
 
@@ -42,19 +43,69 @@ Result<void> FrameSink::on_frame(const sim::FrameEvent& event) {
                       std::move(planes));
 }
 
-Result<void> TelemetrySink::on_state(const std::string& vehicle, const sim::VehicleState& state) {
+namespace {
+
+/// What a flown vehicle knows of itself, beside the channels of its kind; angles in degrees.
+constexpr std::array flight_columns = {"velocity_north_mps",
+                                       "velocity_east_mps",
+                                       "velocity_down_mps",
+                                       "p_dps",
+                                       "q_dps",
+                                       "r_dps",
+                                       "specific_force_x_mps2",
+                                       "specific_force_y_mps2",
+                                       "specific_force_z_mps2",
+                                       "airspeed_mps",
+                                       "alpha_deg",
+                                       "beta_deg",
+                                       "throttle",
+                                       "wind_north_mps",
+                                       "wind_east_mps",
+                                       "wind_down_mps",
+                                       "commanded_up_m",
+                                       "off_path_right_m",
+                                       "off_path_above_m"};
+
+std::array<double, flight_columns.size()> flight_values(const sim::FlightData& f) {
+  return {f.velocity_ned_mps.x(),
+          f.velocity_ned_mps.y(),
+          f.velocity_ned_mps.z(),
+          to_degrees(f.rates_radps.x()),
+          to_degrees(f.rates_radps.y()),
+          to_degrees(f.rates_radps.z()),
+          f.specific_force_mps2.x(),
+          f.specific_force_mps2.y(),
+          f.specific_force_mps2.z(),
+          f.airspeed_mps,
+          to_degrees(f.alpha_rad),
+          to_degrees(f.beta_rad),
+          f.throttle,
+          f.wind_ned_mps.x(),
+          f.wind_ned_mps.y(),
+          f.wind_ned_mps.z(),
+          f.commanded_height_m,
+          f.off_path_right_m,
+          f.off_path_above_m};
+}
+
+}  // namespace
+
+Result<LineFile*> TelemetrySink::file_of(const std::string& vehicle) {
   auto found = files_.find(vehicle);
   if (found == files_.end()) {
-    auto file = LineFile::create(folder_ / "telemetry" / vehicle / "state.csv",
-                                 "time_ns,lat_deg,lon_deg,height_ellipsoid_m,east_m,north_m,up_m,yaw_deg,pitch_deg,"
-                                 "roll_deg,velocity_north_mps,velocity_east_mps,"
-                                 "velocity_down_mps,p_dps,q_dps,r_dps,specific_force_x_mps2,specific_force_y_mps2,"
-                                 "specific_force_z_mps2,airspeed_mps,alpha_deg,beta_deg,"
-                                 "elevator_deg,aileron_deg,rudder_deg,throttle,wind_north_mps,wind_east_mps,wind_down_"
-                                 "mps,commanded_up_m,off_path_right_m,off_path_above_m");
+    std::string header = "time_ns,lat_deg,lon_deg,height_ellipsoid_m,east_m,north_m,up_m,yaw_deg,pitch_deg,roll_deg";
+    for (const char* column : flight_columns) header += fmt::format(",{}", column);
+    for (const std::string& channel : run_.vehicle(vehicle).source->channels()) header += "," + channel;
+    auto file = LineFile::create(folder_ / "telemetry" / vehicle / "state.csv", header);
     if (!file) return fail(file);
     found = files_.emplace(vehicle, std::move(*file)).first;
   }
+  return &found->second;
+}
+
+Result<void> TelemetrySink::on_state(const std::string& vehicle, const sim::VehicleState& state) {
+  const auto file = file_of(vehicle);
+  if (!file) return fail(file);
   const Eigen::Vector3d enu =
       (run_.ground().frame().enu_from_ecef() * geodesy::Point<geodesy::frame::Ecef>{state.ecef_from_body.origin}).xyz;
   std::string line = fmt::format("{},{},{},{},{},{},{},{},{},{}", state.time_ns, to_degrees(state.place.lat_rad),
@@ -62,34 +113,12 @@ Result<void> TelemetrySink::on_state(const std::string& vehicle, const sim::Vehi
                                  to_degrees(state.attitude.yaw_rad), to_degrees(state.attitude.pitch_rad),
                                  to_degrees(state.attitude.roll_rad));
   if (state.flight) {
-    const sim::FlightData& f = *state.flight;
-    for (const double value : {f.velocity_ned_mps.x(),
-                               f.velocity_ned_mps.y(),
-                               f.velocity_ned_mps.z(),
-                               to_degrees(f.rates_radps.x()),
-                               to_degrees(f.rates_radps.y()),
-                               to_degrees(f.rates_radps.z()),
-                               f.specific_force_mps2.x(),
-                               f.specific_force_mps2.y(),
-                               f.specific_force_mps2.z(),
-                               f.airspeed_mps,
-                               to_degrees(f.alpha_rad),
-                               to_degrees(f.beta_rad),
-                               to_degrees(f.elevator_rad),
-                               to_degrees(f.aileron_rad),
-                               to_degrees(f.rudder_rad),
-                               f.throttle,
-                               f.wind_ned_mps.x(),
-                               f.wind_ned_mps.y(),
-                               f.wind_ned_mps.z(),
-                               f.commanded_height_m,
-                               f.off_path_right_m,
-                               f.off_path_above_m})
-      line += fmt::format(",{}", value);
+    for (const double value : flight_values(*state.flight)) line += fmt::format(",{}", value);
+    for (const double value : state.flight->channels) line += fmt::format(",{}", value);
   } else {
-    line += std::string(22, ',');  // a recorded vehicle knows its pose only
+    line += std::string(flight_columns.size(), ',');  // a recorded vehicle knows its pose only
   }
-  return found->second.add(line);
+  return (*file)->add(line);
 }
 
 Result<void> TelemetrySink::finish() {

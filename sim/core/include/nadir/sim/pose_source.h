@@ -2,25 +2,16 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
+#include <string>
 
 #include "nadir/base/result.h"
 #include "nadir/geodesy/attitude.h"
 #include "nadir/geodesy/geodetic.h"
+#include "nadir/sim/flown_vehicle.h"
 #include "nadir/sim/scheduler.h"
 
 namespace nadir::sim {
-
-/// What a flown vehicle knows of itself beyond its pose.
-struct FlightData {
-  Eigen::Vector3d velocity_ned_mps = Eigen::Vector3d::Zero();
-  Eigen::Vector3d rates_radps = Eigen::Vector3d::Zero();          // body axes
-  Eigen::Vector3d specific_force_mps2 = Eigen::Vector3d::Zero();  // body axes: what accelerometers feel
-  Eigen::Vector3d wind_ned_mps = Eigen::Vector3d::Zero();
-  double airspeed_mps = 0, alpha_rad = 0, beta_rad = 0;
-  double elevator_rad = 0, aileron_rad = 0, rudder_rad = 0, throttle = 0;
-  double commanded_height_m = 0;  // above the tangent plane at the scene origin
-  double off_path_right_m = 0, off_path_above_m = 0;
-};
 
 /// How a body moves against the Earth.
 struct Twist {
@@ -48,6 +39,9 @@ class PoseSource {
 
   /// The state now; asked while observing, at times that never fall.
   virtual Result<VehicleState> state_at(std::int64_t time_ns) const = 0;
+
+  /// Names of what a flown vehicle has in FlightData::channels.
+  virtual std::span<const std::string> channels() const { return {}; }
 };
 
 /// Of a pose of the body in ECEF.

@@ -52,6 +52,7 @@ class Run {
   const std::vector<PreparedSensor>& sensors() const { return sensors_; }
   const PreparedSensor& sensor(std::string_view vehicle, std::string_view name) const;  // there must be one
   const std::vector<PreparedVehicle>& vehicles() const { return vehicles_; }
+  const PreparedVehicle& vehicle(std::string_view name) const;  // there must be one
   const std::vector<std::pair<std::string, tile::Map>>& layers() const { return layers_; }
   const std::vector<std::pair<std::string, tile::Map>>& onboard() const { return onboard_; }
 

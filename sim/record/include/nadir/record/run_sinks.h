@@ -41,7 +41,7 @@ class FrameSink final : public sim::Sink {
 };
 
 /// Writes telemetry/<vehicle>/state.csv: time, pose in WGS-84 and in the scene, and what a flown vehicle knows of
-/// itself. Angles in degrees, all else SI, every digit kept.
+/// itself, the channels of its kind last. Angles in degrees, all else SI, every digit kept.
 class TelemetrySink final : public sim::Sink {
  public:
   TelemetrySink(const sim::Run& run, std::filesystem::path folder) : run_(run), folder_(std::move(folder)) {}
@@ -49,6 +49,8 @@ class TelemetrySink final : public sim::Sink {
   Result<void> finish() override;
 
  private:
+  Result<LineFile*> file_of(const std::string& vehicle);
+
   const sim::Run& run_;
   std::filesystem::path folder_;
   std::map<std::string, LineFile> files_;
