@@ -101,27 +101,29 @@ Method planned(const CoursePtr<n>& course, double tolerance) {
 
 template <int n>
 Case work_precision(const std::function<Motion<n>()>& make, const RunOptions& options) {
-  return {make().name, [=]() -> Result<Comparison> {
-            const auto course = std::make_shared<Course<n>>(Course<n>{make(), {}});
-            Motion<n>& motion = course->motion;
-            if (options.quick) motion.intervals = std::max(1, motion.intervals / 10);
-            course->exact = reference(motion);
-            const CoursePtr<n> shared = course;
-            Comparison comparison{.error_unit = motion.unit, .warm_up = false};
-            for (const auto method :
-                 {Scheme::Method::Euler, Scheme::Method::Midpoint, Scheme::Method::Heun, Scheme::Method::Rk4})
-              for (int steps = 1; steps <= motion.most_steps; steps *= 4)
-                comparison.methods.push_back(method_of(shared, name_of(method), fmt::format("{} an interval", steps),
-                                                       {.method = method, .steps = steps}, 1));
-            for (double tolerance = 1e-2; tolerance > 0.5e-10; tolerance /= 100) {
-              for (const auto method : {Scheme::Method::DormandPrince, Scheme::Method::Rosenbrock})
-                comparison.methods.push_back(method_of(shared, name_of(method), fmt::format("{:.0e}", tolerance),
-                                                       {.method = method}, tolerance));
-              comparison.methods.push_back(peer_of(shared, tolerance));
-            }
-            for (const double tolerance : {1e-2, 1e-4, 1e-6}) comparison.methods.push_back(planned(shared, tolerance));
-            return comparison;
-          }};
+  return {
+      make().name, [=]() -> Result<Comparison> {
+        const auto course = std::make_shared<Course<n>>(Course<n>{make(), {}});
+        Motion<n>& motion = course->motion;
+        if (options.quick) motion.intervals = std::max(1, motion.intervals / 10);
+        course->exact = reference(motion);
+        const CoursePtr<n> shared = course;
+        Comparison comparison{.error_unit = motion.unit, .warm_up = false};
+        for (const auto method :
+             {Scheme::Method::Euler, Scheme::Method::Midpoint, Scheme::Method::Heun, Scheme::Method::Rk4})
+          for (int steps = 1; steps <= motion.most_steps; steps *= 4)
+            comparison.methods.push_back(method_of(shared, std::string(name_of(method)),
+                                                   fmt::format("{} an interval", steps),
+                                                   {.method = method, .steps = steps}, 1));
+        for (double tolerance = 1e-2; tolerance > 0.5e-10; tolerance /= 100) {
+          for (const auto method : {Scheme::Method::DormandPrince, Scheme::Method::Rosenbrock})
+            comparison.methods.push_back(method_of(shared, std::string(name_of(method)),
+                                                   fmt::format("{:.0e}", tolerance), {.method = method}, tolerance));
+          comparison.methods.push_back(peer_of(shared, tolerance));
+        }
+        for (const double tolerance : {1e-2, 1e-4, 1e-6}) comparison.methods.push_back(planned(shared, tolerance));
+        return comparison;
+      }};
 }
 
 Method method_of(const Breaking& one) {

@@ -32,6 +32,8 @@ vehicles:
     mission: [{north_m: 1500, east_m: 0, height: 2900 msl}, {north_m: 1500, east_m: 1500}]
     turn_radius_m: 300
     repeat_mission: true
+    trajectory_tolerance_m: 1e-4
+    integration: {method: dormand-prince, tightness: 0.1}
     sensors:
       rgb: {layer: eo, camera: rgb.yaml, rate_hz: 29.97, mount: {pitch_deg: 0.1, x_m: 0.3}, output: uint8, range: [0, 2500], off_map: fill, fill_value: 0.7, quality: draft, oversampling: 2.5, fitted_to_ms: 12.5}
       sar: {layer: sar, camera: ../sar.yaml, rate_hz: 2, output: float32, off_map: reject, allow_coarse: true, time_budget_ms: 0.1, adaptive: true}
@@ -108,6 +110,8 @@ TEST_F(RunFileText, EveryKeyArrivesWhereItBelongs) {
   EXPECT_EQ(plane.mission[1].height.value_m, 2900) << "a waypoint without height keeps the last one's";
   EXPECT_EQ(plane.mission[1].height.datum, HeightDatum::Msl);
   EXPECT_TRUE(plane.repeat_mission);
+  EXPECT_EQ(plane.trajectory_tolerance_m, 1e-4);
+  EXPECT_EQ(plane.integration, (Scheme{.method = Scheme::Method::DormandPrince, .tightness = 0.1}));
   ASSERT_EQ(plane.sensors.size(), 2u);
   const SensorSetup& rgb = plane.sensors[0].second;
   EXPECT_EQ(rgb.rate.time_ns(2997), 100'000'000'000);
@@ -128,6 +132,21 @@ TEST_F(RunFileText, EveryKeyArrivesWhereItBelongs) {
   EXPECT_FALSE(run.record_frames || run.record_telemetry || run.record_report);
   EXPECT_TRUE(run.record_truth_rows && run.record_truth_planes);
   EXPECT_EQ(run.telemetry_rate.time_ns(1), 2'000'000'000);
+}
+
+TEST_F(RunFileText, HowMotionIsSteppedIsOfItsMethod) {
+  const auto with = [&](const std::string& lines) {
+    return message(replaced(small_run, "    sensors:", "    " + lines + "\n    sensors:"));
+  };
+  EXPECT_EQ(with("integration: {method: rk4, steps: 3}"), "accepted");
+  EXPECT_NE(with("integration: {method: rk4, tightness: 0.5}").find("run.yaml:8"), std::string::npos);
+  EXPECT_NE(with("integration: {method: rosenbrock, steps: 3}").find("it has tightness"), std::string::npos);
+  EXPECT_NE(with("integration: {method: rk5}").find("rk4"), std::string::npos);
+  EXPECT_NE(with("integration: {steps: 3}").find("method"), std::string::npos);
+  EXPECT_NE(with("integration: {method: euler, steps: 0}").find("expected 1 to 10000"), std::string::npos);
+  EXPECT_NE(with("integration: {method: euler, steps: 99999999999}").find("expected 1 to 10000"), std::string::npos);
+  EXPECT_NE(with("integration: {method: rosenbrock, tightness: 0}").find("1e-6 to 1"), std::string::npos);
+  EXPECT_NE(with("trajectory_tolerance_m: 0").find("trajectory_tolerance_m"), std::string::npos);
 }
 
 TEST_F(RunFileText, WhatIsNotSaidHasTheDocumentedDefault) {
@@ -196,12 +215,12 @@ TEST_F(RunFileText, AnUnknownKeyIsToldWithItsLineAndTheNearestOne) {
   EXPECT_EQ(said("ground:", "gruond:"), "run.yaml:6: unknown key 'scene.gruond'; did you mean 'ground'?");
   EXPECT_EQ(said("role: radar", "rol: radar"), "run.yaml:9: unknown key 'scene.layers.sar.rol'; did you mean 'role'?");
   EXPECT_EQ(said("pitch_deg: 0.1", "pitch: 0.1"),
-            "run.yaml:21: unknown key 'vehicles.plane1.sensors.rgb.mount.pitch'; known are x_m, yaw_deg, y_m, "
+            "run.yaml:23: unknown key 'vehicles.plane1.sensors.rgb.mount.pitch'; known are x_m, yaw_deg, y_m, "
             "pitch_deg, z_m, roll_deg");
   EXPECT_EQ(said("{north_m: 1500, east_m: 1500}", "{north_m: 1500, east_m: 1500, heihgt: 3}"),
             "run.yaml:17: unknown key 'vehicles.plane1.mission[1].heihgt'; did you mean 'height'?");
   EXPECT_EQ(said("truth_rows:", "truth_row:"),
-            "run.yaml:26: unknown key 'record.truth_row'; did you mean 'truth_rows'?");
+            "run.yaml:28: unknown key 'record.truth_row'; did you mean 'truth_rows'?");
 }
 
 TEST_F(RunFileText, AllFaultsAreInOneMessage) {
@@ -221,9 +240,9 @@ TEST_F(RunFileText, AllFaultsAreInOneMessage) {
        {"run.yaml:1: 'seed': expected a whole number from 0", "run.yaml:4: 'scene.origin.lat_deg': expected a latitude",
         "run.yaml:9: 'scene.layers.sar.role':", "run.yaml:12: 'render.quality':",
         "run.yaml:15: 'vehicles.plane1.model': no model 'aerosond'; did you mean 'aerosonde'?",
-        "run.yaml:21: 'vehicles.plane1.sensors.rgb.layer': no layer 'e0' in the scene; did you mean 'eo'?",
-        "run.yaml:21: 'vehicles.plane1.sensors.rgb.range': expected two rising numbers",
-        "run.yaml:27: 'duration_s': expected a positive time"}) {
+        "run.yaml:23: 'vehicles.plane1.sensors.rgb.layer': no layer 'e0' in the scene; did you mean 'eo'?",
+        "run.yaml:23: 'vehicles.plane1.sensors.rgb.range': expected two rising numbers",
+        "run.yaml:29: 'duration_s': expected a positive time"}) {
     const std::size_t found = said.find(part);
     EXPECT_NE(found, std::string::npos) << part << "\nin\n" << said;
     EXPECT_GE(found, at) << part << " comes too early";

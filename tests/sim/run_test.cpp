@@ -9,7 +9,7 @@ namespace nadir::sim {
 namespace {
 
 TEST_F(FlownRun, AFrameBetweenTwoStepsOfTheMotionHasThePoseOfItsOwnTime) {
-  // 1100 Hz against 400 Hz steps: exposures at every part of a step. The motion is smooth, so a pose lies between its
+  // 1100 Hz against periods of 10 ms: exposures at every part of one. The motion is smooth, so a pose lies between its
   // neighbours to within a h^2 / 2 on unlike intervals h <= 0.91 ms; the aircraft's acceleration a stays below 2 g:
   // 8e-6 m. Rounding of ECEF: 1e-9 m.
   const auto exposures = execute(plane("p", sensor("cam", "1100")), "2", false).exposures.at("p/cam");
@@ -40,6 +40,19 @@ TEST_F(FlownRun, HowOftenItIsLookedAtDoesNotChangeTheFlight) {
     between_steps += few[i].state.time_ns % 2'500'000 != 0;
   }
   EXPECT_GT(between_steps, 50) << "these times no longer fall between steps";
+}
+
+TEST_F(FlownRun, HowMotionIsSteppedIsChosenOnceAndAReplayTakesIt) {
+  const auto run = prepare(plane("p", ""), "3");
+  ASSERT_TRUE(run);
+  const auto& chosen = run->file().vehicles[0].second.integration;
+  ASSERT_TRUE(chosen);
+  EXPECT_EQ(*chosen, run->vehicles()[0].source->motion_plan()->scheme);
+  EXPECT_NE(run->vehicles()[0].source->motion_plan()->why.find("evaluations"), std::string::npos);
+  const auto again = sim::Run::prepare(read_run_file(folder.write("again.yaml", to_yaml(run->file()))).value());
+  ASSERT_TRUE(again) << again.error().message;
+  EXPECT_EQ(again->file().vehicles[0].second.integration, chosen);
+  EXPECT_NE(again->vehicles()[0].source->motion_plan()->why.find("run file"), std::string::npos);
 }
 
 TEST_F(FlownRun, ACamerasPoseIsItsVehiclesWithTheMount) {

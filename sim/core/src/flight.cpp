@@ -6,8 +6,8 @@
 #include <cmath>
 
 #include "nadir/sim/air_along_path.h"
-#include "nadir/sim/flight.h"
 #include "nadir/sim/flown_fixed_wing.h"
+#include "nadir/sim/plan_flight.h"
 #include "nadir/sim/pose_file.h"
 
 namespace nadir::sim {
@@ -19,7 +19,7 @@ const Rate period_rate{1, Flight::period_ns};
 
 class FlownPoses final : public PoseSource {
  public:
-  explicit FlownPoses(Flight flight) : flight_(std::move(flight)) {}
+  FlownPoses(Flight flight, MotionPlan plan) : flight_(std::move(flight)), plan_(std::move(plan)) {}
 
   void schedule(Scheduler& scheduler) override {
     scheduler.add(Scheduler::Stage::Decide, period_rate, [this](std::int64_t) { return flight_.decide(); });
@@ -38,9 +38,11 @@ class FlownPoses final : public PoseSource {
   }
 
   std::span<const std::string> channels() const override { return flight_.vehicle().channels(); }
+  const MotionPlan* motion_plan() const override { return &plan_; }
 
  private:
   Flight flight_;
+  MotionPlan plan_;
 };
 
 /// Its poses cover the whole run.
@@ -128,6 +130,16 @@ Result<AirParts> make_air(const RunFile& run, const std::string& name, double sp
   return parts;
 }
 
+/// How the motion is stepped: as told, else the cheapest way within the tolerance.
+Result<MotionPlan> motion_plan(const MakeFlight& make, const VehicleSetup& setup, std::int64_t duration_ns) {
+  if (setup.integration) return MotionPlan{*setup.integration, "as the run file says"};
+  constexpr std::int64_t longest_trial_ns = 60'000'000'000;
+  if (auto flown = make({}); !flown) return fail(flown);  // what cannot begin is no fault of a scheme
+  auto plan = plan_flight(make, setup.trajectory_tolerance_m, std::min(duration_ns, longest_trial_ns));
+  if (!plan) return fail(plan);
+  return MotionPlan{plan->scheme, plan->why};
+}
+
 }  // namespace
 
 Result<std::unique_ptr<PoseSource>> make_flight(const RunFile& run, const std::string& name, const VehicleSetup& setup,
@@ -166,21 +178,30 @@ Result<std::unique_ptr<PoseSource>> make_flight(const RunFile& run, const std::s
                                  setup.repeat_mission ? AfterMission::Repeat : AfterMission::Circle);
   if (!mission) return fail(mission);
 
-  auto parts = make_air(run, name, vehicle.span_m, ground);
-  if (!parts) return fail(parts);
-  auto air = AirAlongPath::start(std::move(*parts), ecef_from_geodetic(place),
-                                 {std::cos(yaw_rad), std::sin(yaw_rad), 0}, setup.airspeed_mps);
-  if (!air) return fail(air);
-  auto flown = fly_fixed_wing({.vehicle = vehicle,
-                               .environment = environment,
-                               .scene = scene,
-                               .start = place,
-                               .yaw_rad = yaw_rad,
-                               .airspeed_mps = setup.airspeed_mps,
-                               .wind_ned_mps = air->air().end().velocity_ned_mps,
-                               .mission = std::move(*mission)});
-  if (!flown) return fail(flown);
-  return std::make_unique<FlownPoses>(Flight(environment, std::move(*air), std::move(*flown)));
+  const MakeFlight make = [&](const Scheme& scheme) -> Result<Flight> {
+    auto parts = make_air(run, name, vehicle.span_m, ground);
+    if (!parts) return fail(parts);
+    auto air = AirAlongPath::start(std::move(*parts), ecef_from_geodetic(place),
+                                   {std::cos(yaw_rad), std::sin(yaw_rad), 0}, setup.airspeed_mps);
+    if (!air) return fail(air);
+    auto flown = fly_fixed_wing({.vehicle = vehicle,
+                                 .environment = environment,
+                                 .scene = scene,
+                                 .start = place,
+                                 .yaw_rad = yaw_rad,
+                                 .airspeed_mps = setup.airspeed_mps,
+                                 .wind_ned_mps = air->air().end().velocity_ned_mps,
+                                 .mission = *mission,
+                                 .tolerance_m = setup.trajectory_tolerance_m,
+                                 .scheme = scheme});
+    if (!flown) return fail(flown);
+    return Flight(environment, std::move(*air), std::move(*flown));
+  };
+  const auto plan = motion_plan(make, setup, run.duration_ns);
+  if (!plan) return fail(plan);
+  auto flight = make(plan->scheme);
+  if (!flight) return fail(flight);
+  return std::make_unique<FlownPoses>(std::move(*flight), *plan);
 }
 
 Result<std::unique_ptr<PoseSource>> make_recorded_poses(const RunFile& run, const VehicleSetup& setup,

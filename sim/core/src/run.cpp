@@ -70,6 +70,8 @@ Result<Run> Run::prepare(const RunFile& file) {
     auto source =
         setup.model == "poses" ? make_recorded_poses(file, setup, *ground) : make_flight(file, name, setup, *ground);
     if (!source) return fail(source.error().kind, fmt::format("vehicle {}: {}", name, source.error().message));
+    if (const MotionPlan* plan = (*source)->motion_plan())
+      run.file_.vehicles[run.vehicles_.size()].second.integration = plan->scheme;
     run.vehicles_.push_back({name, std::move(*source)});
     for (const auto& [sensor_name, sensor] : setup.sensors) {
       auto prepared = prepare_sensor(file, *ground, *layers, name, sensor_name, sensor);

@@ -147,6 +147,25 @@ WaypointSetup read_waypoint(const YamlMap& yaml, const TypedHeight& height) {
   return point;
 }
 
+Scheme read_integration(const YamlMap& yaml) {
+  Scheme scheme;
+  yaml.require("method");
+  take(parsed<Scheme::Method>(yaml, "method", parse_method), scheme.method);
+  const char *const ours = is_fixed(scheme.method) ? "steps" : "tightness", *const others = is_fixed(scheme.method)
+                                                                                                ? "tightness"
+                                                                                                : "steps";
+  if (yaml.has(others)) yaml.fault(others, fmt::format("{} has none: it has {}", name_of(scheme.method), ours));
+  if (const auto steps = yaml.integer("steps")) {
+    scheme.steps = static_cast<int>(std::clamp<std::int64_t>(*steps, 0, 10'001));
+    if (*steps < 1 || *steps > 10'000) yaml.fault("steps", "expected 1 to 10000 steps a period of 10 ms");
+  }
+  if (const auto tightness = yaml.number("tightness")) {
+    scheme.tightness = *tightness;
+    if (!(*tightness >= 1e-6 && *tightness <= 1)) yaml.fault("tightness", "expected 1e-6 to 1 of the tolerance");
+  }
+  return scheme;
+}
+
 VehicleSetup read_vehicle(const YamlMap& yaml, const SceneSetup& scene) {
   VehicleSetup vehicle;
   take(yaml.text("model"), vehicle.model);
@@ -173,6 +192,9 @@ VehicleSetup read_vehicle(const YamlMap& yaml, const SceneSetup& scene) {
     }
     take_positive(yaml, "turn_radius_m", vehicle.turn_radius_m);
     take(yaml.flag("repeat_mission"), vehicle.repeat_mission);
+    take_positive(yaml, "trajectory_tolerance_m", vehicle.trajectory_tolerance_m);
+    if (!(vehicle.trajectory_tolerance_m >= 1e-6)) yaml.fault("trajectory_tolerance_m", "expected at least 1e-6");
+    if (const auto integration = yaml.map("integration")) vehicle.integration = read_integration(*integration);
   }
   if (const auto sensors = yaml.map("sensors"))
     for (const auto& [name, entry] : sensors->entries()) {

@@ -45,6 +45,12 @@ std::string sensor_text(const RunFile& run, const SensorSetup& sensor) {
   return text + "}";
 }
 
+std::string integration_text(const Scheme& scheme) {
+  return fmt::format("    integration: {{method: {}, {}}}\n", name_of(scheme.method),
+                     is_fixed(scheme.method) ? fmt::format("steps: {}", scheme.steps)
+                                             : fmt::format("tightness: {}", scheme.tightness));
+}
+
 std::string vehicle_text(const RunFile& run, const VehicleSetup& vehicle) {
   std::string text = fmt::format("    model: {}\n", vehicle.model);
   if (vehicle.model == "poses") {
@@ -55,6 +61,8 @@ std::string vehicle_text(const RunFile& run, const VehicleSetup& vehicle) {
                         vehicle.airspeed_mps);
     text +=
         fmt::format("    turn_radius_m: {}\n    repeat_mission: {}\n", vehicle.turn_radius_m, vehicle.repeat_mission);
+    text += fmt::format("    trajectory_tolerance_m: {}\n", vehicle.trajectory_tolerance_m);
+    if (vehicle.integration) text += integration_text(*vehicle.integration);
     if (!vehicle.mission.empty()) text += "    mission:\n";
     for (const WaypointSetup& w : vehicle.mission)
       text +=

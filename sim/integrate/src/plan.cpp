@@ -2,34 +2,27 @@
 
 #include <fmt/format.h>
 
+#include <array>
+
+#include "nadir/base/text.h"
+
 namespace nadir::sim {
 namespace {
+constexpr std::array<std::string_view, 6> method_names = {"euler", "midpoint",       "heun",
+                                                          "rk4",   "dormand-prince", "rosenbrock"};
+}  // namespace
 
-std::string told(const Scheme& scheme) {
+std::string_view name_of(Scheme::Method method) { return method_names[static_cast<std::size_t>(method)]; }
+
+Result<Scheme::Method> parse_method(std::string_view text) {
+  return parse_name<Scheme::Method>("method", text, method_names);
+}
+
+std::string to_string(const Scheme& scheme) {
   if (is_fixed(scheme.method))
     return fmt::format("{} with {} step{} an interval", name_of(scheme.method), scheme.steps,
                        scheme.steps == 1 ? "" : "s");
   return fmt::format("{} at {:g} of the tolerance", name_of(scheme.method), scheme.tightness);
-}
-
-}  // namespace
-
-const char* name_of(Scheme::Method method) {
-  switch (method) {
-    case Scheme::Method::Euler:
-      return "euler";
-    case Scheme::Method::Midpoint:
-      return "midpoint";
-    case Scheme::Method::Heun:
-      return "heun";
-    case Scheme::Method::Rk4:
-      return "rk4";
-    case Scheme::Method::DormandPrince:
-      return "dormand-prince";
-    case Scheme::Method::Rosenbrock:
-      break;
-  }
-  return "rosenbrock";
 }
 
 bool is_fixed(Scheme::Method method) {
@@ -59,27 +52,71 @@ double cost_of(const Work& work, std::int64_t size, bool gives_jacobian, const C
   return static_cast<double>(work.evaluations) + given + algebra / flops;
 }
 
-std::string reason_of(const Plan& plan, int intervals) {
-  std::string why = fmt::format("greatest rate {:.3g}/s; stability limits {:.0f} % of an explicit method's steps, so ",
-                                plan.greatest_rate_per_s, 100 * plan.limited_by_stability);
-  why += plan.stiff ? "an implicit one was tried" : "no implicit one was tried";
-  // The best of each method
+namespace {
+
+/// The best of each method.
+std::string told(const std::vector<Candidate>& tried, int intervals) {
+  std::string text;
   for (int m = 0; m <= static_cast<int>(Scheme::Method::Rosenbrock); ++m) {
     const Candidate* best = nullptr;
     const Candidate* last = nullptr;
-    for (const Candidate& one : plan.tried)
+    for (const Candidate& one : tried)
       if (one.scheme.method == static_cast<Scheme::Method>(m)) {
         last = &one;
-        if (one.error && *one.error <= 1 && (!best || one.cost < best->cost)) best = &one;
+        if (one.meets() && (!best || one.cost < best->cost)) best = &one;
       }
     if (best)
-      why += fmt::format("; {}: {:.4g} evaluations an interval, error {:.2g} of the tolerance", told(best->scheme),
-                         best->cost / intervals, *best->error);
+      text += fmt::format("; {}: {:.4g} evaluations an interval, error {:.2g} of the tolerance",
+                          to_string(best->scheme), best->cost / intervals, *best->error);
     else if (last)
-      why += fmt::format("; {}: {}", told(last->scheme),
-                         last->error ? fmt::format("error {:.2g} of the tolerance", *last->error) : last->fault);
+      text += fmt::format("; {}: {}", to_string(last->scheme),
+                          last->error ? fmt::format("error {:.2g} of the tolerance", *last->error) : last->fault);
   }
-  return why;
+  return text;
+}
+
+}  // namespace
+
+std::string stiffness_told(const Plan& plan) {
+  return fmt::format("greatest rate {:.3g}/s; stability limits {:.0f} % of an explicit method's steps, so {}",
+                     plan.greatest_rate_per_s, 100 * plan.limited_by_stability,
+                     plan.stiff ? "an implicit one was tried" : "no implicit one was tried");
+}
+
+Result<Plan> cheapest_scheme(Plan plan, const Trial& trial, const std::string& because,
+                             const std::function<Candidate(const Scheme&)>& attempt) {
+  using Method = Scheme::Method;
+  const auto met = [&](const Scheme& scheme) {
+    plan.tried.push_back(attempt(scheme));
+    return plan.tried.back().meets();
+  };
+  const auto cheapest = [&]() -> const Candidate* {
+    const Candidate* best = nullptr;
+    for (const Candidate& one : plan.tried)
+      if (one.meets() && (!best || one.cost < best->cost)) best = &one;
+    return best;
+  };
+
+  for (const Method method : {Method::DormandPrince, Method::Rosenbrock}) {
+    if (method == Method::Rosenbrock && !plan.stiff) continue;
+    for (double tightness = 1; tightness > 5e-4; tightness /= 10)
+      if (met({.method = method, .tightness = tightness})) break;
+  }
+  for (const Method method : {Method::Rk4, Method::Heun, Method::Midpoint, Method::Euler}) {
+    const int stages = stages_of(explicit_method(method));
+    for (int steps = 1; steps <= trial.most_steps; steps *= 2) {
+      const Candidate* sure = cheapest();
+      if (sure && 1.0 * steps * stages * trial.intervals >= sure->cost) break;
+      if (met({.method = method, .steps = steps})) break;
+    }
+  }
+
+  plan.why = because + told(plan.tried, trial.intervals);
+  const Candidate* best = cheapest();
+  if (!best) return fail(Error::Kind::Unsupported, "no scheme meets the tolerance: " + plan.why);
+  plan.chosen = *best;
+  plan.scheme = best->scheme;
+  return plan;
 }
 
 }  // namespace nadir::sim

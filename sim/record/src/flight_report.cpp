@@ -229,6 +229,11 @@ Result<void> FlightReport::write(render::Renderer& renderer, const std::filesyst
   where.items.emplace_back(std::move(outside));
   for (const VehicleLog& log : vehicles_)
     for (ReportItem& chart : flight_charts(log)) flight.items.push_back(std::move(chart));
+  List motion{"how the motion is stepped"};
+  for (const sim::PreparedVehicle& vehicle : run_.vehicles())
+    if (const sim::MotionPlan* plan = vehicle.source->motion_plan())
+      motion.lines.push_back(fmt::format("{}: {}: {}", vehicle.name, to_string(plan->scheme), plan->why));
+  if (!motion.lines.empty()) flight.items.emplace_back(std::move(motion));
   if (frames) {
     cost.items.emplace_back(std::move(cost_chart));
     cost.items.emplace_back(Histogram{"how long frames take", "time / ms", frame_ms()});

@@ -9,6 +9,7 @@
 #include "nadir/geodesy/attitude.h"
 #include "nadir/geodesy/geodetic.h"
 #include "nadir/sim/flown_vehicle.h"
+#include "nadir/sim/integrator.h"
 #include "nadir/sim/scheduler.h"
 
 namespace nadir::sim {
@@ -29,6 +30,12 @@ struct VehicleState {
   std::optional<FlightData> flight;
 };
 
+/// How a flown vehicle's motion is stepped, and why so.
+struct MotionPlan {
+  Scheme scheme;
+  std::string why;
+};
+
 /// Where a vehicle is: flown by a model, read from a file, told by another program.
 class PoseSource {
  public:
@@ -39,6 +46,9 @@ class PoseSource {
 
   /// The state now; asked while observing, at times that never fall.
   virtual Result<VehicleState> state_at(std::int64_t time_ns) const = 0;
+
+  /// How a flown vehicle's motion is stepped.
+  virtual const MotionPlan* motion_plan() const { return nullptr; }
 
   /// Names of what a flown vehicle has in FlightData::channels.
   virtual std::span<const std::string> channels() const { return {}; }

@@ -15,6 +15,7 @@
 #include "nadir/render/quality.h"
 #include "nadir/render/renderer.h"
 #include "nadir/sim/air_setup.h"
+#include "nadir/sim/integrator.h"
 #include "nadir/sim/scheduler.h"
 #include "nadir/tile/role.h"
 #include "nadir/tile/sample_type.h"
@@ -60,7 +61,7 @@ struct SensorSetup {
   render::OffMap off_map = render::OffMap::Mask;
   double fill_value = 0;
   render::Shutter shutter;
-  bool allow_coarse = false;  // frames that do not wait for map tiles, and that no replay gives again
+  bool allow_coarse = false;               // frames that do not wait for map tiles, and that no replay gives again
   std::optional<render::Quality> quality;  // else the run's
   std::optional<double> oversampling;      // else the quality's
   std::optional<double> time_budget_ms;    // of a frame; chooses quality and oversampling: Run::fit_time_budgets
@@ -82,7 +83,9 @@ struct VehicleSetup {
   double yaw_deg = 0, airspeed_mps = 25;
   std::vector<WaypointSetup> mission;  // where empty: straight on
   double turn_radius_m = 150;
-  bool repeat_mission = false;  // else a circle at the end
+  bool repeat_mission = false;           // else a circle at the end
+  double trajectory_tolerance_m = 1e-3;  // of what steps of the motion make of it
+  std::optional<Scheme> integration;     // else the cheapest within that tolerance: plan_flight
   std::vector<std::pair<std::string, SensorSetup>> sensors;
 };
 

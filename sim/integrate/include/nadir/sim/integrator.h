@@ -1,6 +1,8 @@
 #pragma once
 
 #include <cmath>
+#include <string>
+#include <string_view>
 #include <variant>
 
 #include "nadir/sim/adaptive.h"
@@ -18,7 +20,9 @@ struct Scheme {
   double tightness = 1;  // share of the tolerance that a step may err, where steps adapt
   friend bool operator==(const Scheme&, const Scheme&) = default;
 };
-const char* name_of(Scheme::Method method);
+std::string_view name_of(Scheme::Method method);
+Result<Scheme::Method> parse_method(std::string_view text);
+std::string to_string(const Scheme& scheme);
 bool is_fixed(Scheme::Method method);
 /// Of a method with fixed steps.
 ExplicitMethod explicit_method(Scheme::Method method);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cassert>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -26,6 +27,8 @@ struct Candidate {
   double cost = 0;              // evaluations it is worth
   std::optional<double> error;  // the greatest at an interval's end, in tolerances of the motion; none: it failed
   std::string fault;            // why
+
+  bool meets() const { return error && *error <= 1; }
 };
 
 /// The cheapest scheme that met the tolerance on the trial, and all that were tried.
@@ -88,8 +91,15 @@ double limited_by_stability(const DerivativeOf& derivative_of, const Vector& sta
 
 }  // namespace plan_parts
 
-/// What `choose_scheme` says of the plan it made.
-std::string reason_of(const Plan& plan, int intervals);
+/// In words, what decided on whether an implicit scheme is tried.
+std::string stiffness_told(const Plan& plan);
+
+/// The cheapest scheme that meets the tolerance, by `attempt`, which flies a scheme over the trial and says what became
+/// of it. Adaptive schemes are tightened until they meet it, fixed steps halved for as long as they would be cheaper
+/// than what has met it. An implicit scheme is attempted where `plan` says that the motion is stiff. Fails where none
+/// meets it. `because`: how `Plan::why` begins.
+Result<Plan> cheapest_scheme(Plan plan, const Trial& trial, const std::string& because,
+                             const std::function<Candidate(const Scheme&)>& attempt);
 
 /// Flies the trial by one scheme after the other, and takes the cheapest that meets the tolerance at the end of each
 /// interval. Cost is counted work, so that the same trial gives the same plan everywhere. An implicit scheme is tried
@@ -122,7 +132,8 @@ Result<Plan> choose_scheme(const DerivativeOf& derivative_of, const Vector& star
       return fail(Error::Kind::Unsupported, "no scheme flies this motion: " + implicit_run.fault);
   }
 
-  const auto attempt = [&](const Scheme& scheme) {  // whether it met the tolerance
+  const std::string because = stiffness_told(plan);
+  return cheapest_scheme(std::move(plan), trial, because, [&](const Scheme& scheme) {
     Candidate candidate;
     const auto ends = fly(scheme, candidate);
     if (candidate.fault.empty()) {
@@ -133,37 +144,8 @@ Result<Plan> choose_scheme(const DerivativeOf& derivative_of, const Vector& star
         if (!(error <= *candidate.error)) candidate.error = error;
       }
     }
-    plan.tried.push_back(std::move(candidate));
-    return plan.tried.back().error && *plan.tried.back().error <= 1;
-  };
-  const auto cheapest = [&]() -> const Candidate* {
-    const Candidate* best = nullptr;
-    for (const Candidate& one : plan.tried)
-      if (one.error && *one.error <= 1 && (!best || one.cost < best->cost)) best = &one;
-    return best;
-  };
-
-  for (const Method method : {Method::DormandPrince, Method::Rosenbrock}) {
-    if (method == Method::Rosenbrock && !plan.stiff) continue;
-    for (double tightness = 1; tightness > 5e-4; tightness /= 10)
-      if (attempt({.method = method, .tightness = tightness})) break;
-  }
-  // Fixed steps are halved for as long as they would be cheaper than what has met the tolerance
-  for (const Method method : {Method::Rk4, Method::Heun, Method::Midpoint, Method::Euler}) {
-    const int stages = stages_of(explicit_method(method));
-    for (int steps = 1; steps <= trial.most_steps; steps *= 2) {
-      const Candidate* sure = cheapest();
-      if (sure && 1.0 * steps * stages * trial.intervals >= sure->cost) break;
-      if (attempt({.method = method, .steps = steps})) break;
-    }
-  }
-
-  plan.why = reason_of(plan, trial.intervals);
-  const Candidate* best = cheapest();
-  if (!best) return fail(Error::Kind::Unsupported, "no scheme meets the tolerance: " + plan.why);
-  plan.chosen = *best;
-  plan.scheme = best->scheme;
-  return plan;
+    return candidate;
+  });
 }
 
 }  // namespace nadir::sim
