@@ -11,6 +11,7 @@
 #include "nadir/bench/runner.h"
 #include "read_suite.h"
 #include "render_suite.h"
+#include "sim_suite.h"
 #ifdef NADIR_HAVE_ODEINT
 #include "integrate_suite.h"
 #endif
@@ -25,7 +26,7 @@ Suite stability_suite();
 /// All suites that `nadir bench` knows: a new one is declared above and listed here.
 inline std::vector<Suite> all_suites() {
   return {render_suite(),    read_suite(),    codec_suite(),  build_suite(),
-          levels_suite(),    mapping_suite(), motion_suite(),
+          levels_suite(),    mapping_suite(), motion_suite(), sim_suite(),
 #ifdef NADIR_HAVE_ODEINT
           integrate_suite(),
 #endif

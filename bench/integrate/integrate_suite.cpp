@@ -96,7 +96,7 @@ Method planned(const CoursePtr<n>& course, double tolerance) {
   const std::string setting = fmt::format("{:.0e}", tolerance);
   if (!plan) return {.name = "plan", .setting = setting, .left_out = plan.error().message};
   return method_of(course, "plan", setting, plan->scheme, tolerance,
-                   {{"takes", name_of(plan->scheme.method)}, {"why", as_counter(plan->why)}});
+                   {{"takes", std::string(name_of(plan->scheme.method))}, {"why", as_counter(plan->why)}});
 }
 
 template <int n>

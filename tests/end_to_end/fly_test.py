@@ -1,4 +1,5 @@
 """The whole simulator by its command: what a flight leaves depends on its run file alone, and what cannot fly is told in one message."""
+import ast
 import hashlib
 import json
 import math
@@ -6,6 +7,7 @@ import os
 import pathlib
 import re
 import shutil
+import struct
 import subprocess
 import tempfile
 import unittest
@@ -297,6 +299,45 @@ class Fly(unittest.TestCase):
         (mine / "notes.txt").write_text("keep me")
         self.assert_fault(fly(self.run_file, "-o", mine), mine, "is there already", "--force")
         self.assertEqual([p.name for p in mine.iterdir()], ["notes.txt"])
+
+    def test_binary_telemetry_has_the_numbers_of_text(self):
+        tables = []
+        for kind in ("csv", "npy"):
+            text = short_spain().replace("sensors:", "sensors: {}").split("      rgb:")[0] + f"record: {{frames: false, telemetry: {kind}, telemetry_rate_hz: 33}}\n"
+            out = self.folder / kind
+            done = fly(self.write(f"{kind}.yaml", text), "-o", out)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            data = (out / f"telemetry/plane1/state.{kind}").read_bytes()
+            if kind == "csv":
+                header, *lines = data.decode().splitlines()
+                tables.append((header.split(","), [[float(v) for v in line.split(",")] for line in lines]))
+                continue
+            self.assertEqual(data[:8], b"\x93NUMPY\x01\x00")
+            (length,) = struct.unpack("<H", data[8:10])
+            self.assertEqual((10 + length) % 64, 0)
+            described = ast.literal_eval(data[10 : 10 + length].decode())
+            names, types = zip(*described["descr"])
+            self.assertEqual(types, ("<i8",) + ("<f8",) * (len(names) - 1))
+            rows = [list(map(float, row)) for row in struct.iter_unpack("<q" + "d" * (len(names) - 1), data[10 + length :])]
+            self.assertEqual(described["shape"], (len(rows),))
+            tables.append((list(names), rows))
+        self.assertEqual(len(tables[0][1]), DURATION_S * 33 + 1)
+        self.assertEqual(tables[0], tables[1])
+
+    def test_many_flights_leave_a_table_and_a_report(self):
+        run = self.write("many.yaml", short_spain())
+        for threads in (1, 2):
+            done = fly(run, "-o", self.folder / f"many{threads}", "--flights", 3, "--threads", threads, "--json")
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertEqual({k: json.loads(done.stdout)[k] for k in ("flights", "ended_early", "simulated_seconds")}, {"flights": 3, "ended_early": 0, "simulated_seconds": 3 * DURATION_S})
+        tables = [(self.folder / f"many{threads}/flights.csv").read_text() for threads in (1, 2)]
+        self.assertEqual(tables[0], tables[1])
+        rows = tables[0].splitlines()
+        self.assertEqual([row.split(",")[0] for row in rows], ["seed", "7", "8", "9"])
+        self.assertIn("<svg", (self.folder / "many1/report.html").read_text())
+        refused = fly(run, "-o", self.folder / "many1", "--flights", 3)
+        self.assertNotEqual(refused.returncode, 0)
+        self.assertIn("--force", refused.stderr)
 
     def test_a_pose_file_shorter_than_the_run_is_told_before_it_begins(self):
         text = (RUNS / "kampala.yaml").read_text().replace("../maps/", f"{SOURCE}/sim/demo/maps/").replace("kampala.csv", str(RUNS / "kampala.csv"))

@@ -129,7 +129,8 @@ TEST_F(RunFileText, EveryKeyArrivesWhereItBelongs) {
   EXPECT_EQ(plane.sensors[1].second.time_budget_ms, 0.1);
   EXPECT_TRUE(plane.sensors[1].second.adaptive);
   EXPECT_EQ(run.vehicles[1].second.poses, "flown.csv");
-  EXPECT_FALSE(run.record_frames || run.record_telemetry || run.record_report);
+  EXPECT_FALSE(run.record_frames || run.record_report);
+  EXPECT_EQ(run.telemetry, TelemetryFormat::None);
   EXPECT_TRUE(run.record_truth_rows && run.record_truth_planes);
   EXPECT_EQ(run.telemetry_rate.time_ns(1), 2'000'000'000);
 }
@@ -157,7 +158,8 @@ TEST_F(RunFileText, WhatIsNotSaidHasTheDocumentedDefault) {
   EXPECT_EQ(run.scene.ground.datum, HeightDatum::Ellipsoid);
   EXPECT_FALSE(run.flat_earth);
   EXPECT_EQ(run.quality, render::Quality::balanced);
-  EXPECT_TRUE(run.record_frames && run.record_telemetry && run.record_report);
+  EXPECT_TRUE(run.record_frames && run.record_report);
+  EXPECT_EQ(run.telemetry, TelemetryFormat::Csv);
   EXPECT_FALSE(run.record_truth_rows || run.record_truth_planes);
   EXPECT_EQ(run.telemetry_rate.time_ns(50), 1'000'000'000);
   const VehicleSetup& vehicle = run.vehicles[0].second;
@@ -295,7 +297,7 @@ TEST_F(RunFileText, ValuesThatCannotBeAreRefused) {
   EXPECT_NE(said("ground: 15 msl", "ground: 15 agl").find("it is the ground"), std::string::npos);
   EXPECT_NE(said("surface: plane", "surface: terrain").find("no surface 'terrain'"), std::string::npos);
   EXPECT_NE(said("earth: flat", "earth: disc").find("expected wgs84 or flat, found 'disc'"), std::string::npos);
-  EXPECT_NE(said("telemetry: none", "telemetry: bag").find("expected csv or none, found 'bag'"), std::string::npos);
+  EXPECT_NE(said("telemetry: none", "telemetry: bag").find("no telemetry format 'bag'"), std::string::npos);
   EXPECT_NE(said("oversampling: 2.5", "oversampling: 17").find("expected 0.5 to 16 samples across, found 17"),
             std::string::npos);
   for (const char* bad : {"0", "-3"})

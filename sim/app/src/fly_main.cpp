@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -11,9 +12,12 @@
 #include "nadir/base/progress.h"
 #include "nadir/base/text.h"
 #include "nadir/record/flight_report.h"
+#include "nadir/record/flights_report.h"
 #include "nadir/record/run_sinks.h"
 #include "nadir/record/scratch_dataset.h"
+#include "nadir/record/telemetry.h"
 #include "nadir/record/time_budget_record.h"
+#include "nadir/sim/monte_carlo.h"
 #include "nadir/sim/run.h"
 #include "tell_time_budget.h"
 
@@ -22,7 +26,7 @@ namespace {
 
 struct FlyArguments {
   std::string run, folder, cache = "256MiB";
-  int threads = 0;
+  int threads = 0, flights = 0;
   double pace = 0;
   bool dry_run = false, force = false, json = false;
 };
@@ -114,6 +118,35 @@ Result<std::vector<std::string>> fit_time_budgets(const FlyArguments& arguments,
   return records;
 }
 
+/// Many flights without cameras, each with draws of its own.
+Result<void> run_many(const FlyArguments& arguments) {
+  const auto file = sim::read_run_file(arguments.run);
+  if (!file) return fail(file);
+  if (auto ok = record::clear_dataset(arguments.folder, arguments.force); !ok) return ok;
+  Progress progress("flying", "flights", arguments.flights, !arguments.json);
+  const auto start = std::chrono::steady_clock::now();
+  const auto outcomes =
+      sim::fly_many(*file, arguments.flights, arguments.threads, [&](int more) { progress.advance(more); });
+  if (!outcomes) return fail(outcomes);
+  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  if (auto ok = record::write_flights(arguments.folder, *file, *outcomes, seconds); !ok) return ok;
+
+  const auto early = std::count_if(outcomes->begin(), outcomes->end(), [](const auto& o) { return !o.fault.empty(); });
+  const double simulated_s = arguments.flights * static_cast<double>(file->duration_ns) * 1e-9;
+  if (arguments.json)
+    fmt::print("{}\n", nlohmann::ordered_json{{"flights", arguments.flights},
+                                              {"ended_early", early},
+                                              {"seconds", seconds},
+                                              {"simulated_seconds", simulated_s},
+                                              {"folder", arguments.folder}}
+                           .dump(2));
+  else
+    fmt::print("{} flights of {} s in {:.1f} s, {:.0f} times as fast as time; {} ended early\nlook at {}/report.html\n",
+               arguments.flights, file->duration_text, seconds, simulated_s / std::max(seconds, 1e-9), early,
+               arguments.folder);
+  return {};
+}
+
 Result<void> run(const FlyArguments& arguments) {
   const auto cache_bytes = parse_bytes(arguments.cache);
   if (!cache_bytes) return fail(cache_bytes.error().kind, "--cache: " + cache_bytes.error().message);
@@ -151,7 +184,7 @@ Result<void> run(const FlyArguments& arguments) {
   std::vector<sim::Sink*> sinks = {&report, &progress};
   if (frame_sink) sinks.push_back(&*frame_sink);
   if (frames && file->record_truth_rows) sinks.push_back(&truth_rows);
-  if (!arguments.dry_run && file->record_telemetry) sinks.push_back(&telemetry);
+  if (!arguments.dry_run && file->telemetry != sim::TelemetryFormat::None) sinks.push_back(&telemetry);
 
   const auto summary = run->execute(renderer, sinks, frames, arguments.pace);
   if (!summary) return fail(summary);
@@ -174,13 +207,22 @@ int main(int argc, char** argv) {
   app.add_option("-o,--output-folder", a.folder, "folder for the dataset and report.html")->required();
   app.add_flag("--dry-run", a.dry_run,
                "fly without rendering: draw path and footprints, say where cameras leave the map");
+  auto* flights =
+      app.add_option("--flights", a.flights,
+                     "fly so many times without cameras, each with a seed of its own (the run's, the next, ...), "
+                     "over all cores; leaves flights.csv and a report of how they spread")
+          ->check(CLI::Range(1, 1'000'000));
   app.add_flag("--force", a.force, "replace an earlier dataset in the folder");
   app.add_option("--pace", a.pace, "simulated seconds a second; 0: as fast as possible")
       ->capture_default_str()
-      ->check(CLI::NonNegativeNumber);
+      ->check(CLI::NonNegativeNumber)
+      ->excludes(flights);
   app.add_option("--cache", a.cache, "memory for decoded map tiles")->capture_default_str();
   app.add_option("--threads", a.threads, "0: all the machine has")->capture_default_str()->check(CLI::Range(0, 1024));
   app.add_flag("--json", a.json, "summary for programs");
-  app.footer("examples:\n  nadir fly spain.yaml -o flight\n  nadir fly spain.yaml -o rehearsal --dry-run");
-  return nadir::app::run_command(app, argc, argv, [&] { return nadir::app::run(a); });
+  app.footer(
+      "examples:\n  nadir fly spain.yaml -o flight\n  nadir fly spain.yaml -o rehearsal --dry-run\n  nadir fly "
+      "spain.yaml -o study --flights 200");
+  return nadir::app::run_command(app, argc, argv,
+                                 [&] { return a.flights > 0 ? nadir::app::run_many(a) : nadir::app::run(a); });
 }

@@ -206,11 +206,7 @@ VehicleSetup read_vehicle(const YamlMap& yaml, const SceneSetup& scene) {
 
 void read_record(const YamlMap& yaml, RunFile& run) {
   take(yaml.flag("frames"), run.record_frames);
-  if (const auto telemetry = yaml.text("telemetry")) {
-    run.record_telemetry = *telemetry == "csv";
-    if (*telemetry != "csv" && *telemetry != "none")
-      yaml.fault("telemetry", fmt::format("expected csv or none, found '{}'", *telemetry));
-  }
+  take(parsed<TelemetryFormat>(yaml, "telemetry", parse_telemetry_format), run.telemetry);
   take_rate(yaml, "telemetry_rate_hz", run.telemetry_rate, run.telemetry_rate_text);
   take(yaml.flag("report"), run.record_report);
   take(yaml.flag("truth_rows"), run.record_truth_rows);
@@ -282,11 +278,17 @@ Result<RunFile> read_run_file(const std::filesystem::path& path) {
 
 namespace {
 constexpr std::array<std::string_view, 2> surface_names = {"plane", "ellipsoid"};
-}
+constexpr std::array<std::string_view, 3> telemetry_names = {"none", "csv", "npy"};
+}  // namespace
 
 std::string_view to_string(SurfaceShape shape) { return surface_names[static_cast<std::size_t>(shape)]; }
 Result<SurfaceShape> parse_surface_shape(std::string_view text) {
   return parse_name<SurfaceShape>("surface", text, surface_names);
+}
+
+std::string_view to_string(TelemetryFormat format) { return telemetry_names[static_cast<std::size_t>(format)]; }
+Result<TelemetryFormat> parse_telemetry_format(std::string_view text) {
+  return parse_name<TelemetryFormat>("telemetry format", text, telemetry_names);
 }
 
 }  // namespace nadir::sim

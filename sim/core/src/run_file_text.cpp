@@ -98,8 +98,8 @@ std::string to_yaml(const RunFile& run) {
     text += fmt::format("  {}:\n{}", yaml_quoted(name), vehicle_text(run, vehicle));
   text += fmt::format(
       "record: {{frames: {}, telemetry: {}, telemetry_rate_hz: {}, report: {}, truth_rows: {}, truth_planes: {}}}\n",
-      run.record_frames, run.record_telemetry ? "csv" : "none", run.telemetry_rate_text, run.record_report,
-      run.record_truth_rows, run.record_truth_planes);
+      run.record_frames, to_string(run.telemetry), run.telemetry_rate_text, run.record_report, run.record_truth_rows,
+      run.record_truth_planes);
   return text;
 }
 

@@ -89,6 +89,14 @@ struct VehicleSetup {
   std::vector<std::pair<std::string, SensorSetup>> sensors;
 };
 
+enum class TelemetryFormat {
+  None,
+  Csv,
+  Npy,  // records of a NumPy array
+};
+std::string_view to_string(TelemetryFormat format);
+Result<TelemetryFormat> parse_telemetry_format(std::string_view text);
+
 /// Everything that a run depends on. Read from YAML with every key checked; written back complete with defaults, so
 /// that it can be replayed to the same bytes.
 struct RunFile {
@@ -105,8 +113,9 @@ struct RunFile {
   render::Quality quality = render::Quality::balanced;
   double geometry_tolerance_px = 0.05;
 
-  bool record_frames = true, record_telemetry = true, record_report = true;
+  bool record_frames = true, record_report = true;
   bool record_truth_rows = false, record_truth_planes = false;
+  TelemetryFormat telemetry = TelemetryFormat::Csv;
   Rate telemetry_rate = {50, 1'000'000'000};
   std::string telemetry_rate_text = "50";
 

@@ -1,30 +1,14 @@
 #pragma once
 
-#include <cstdio>
 #include <filesystem>
 #include <map>
-#include <memory>
 #include <string>
 
 #include "nadir/record/dataset.h"
+#include "nadir/record/line_file.h"
 #include "nadir/sim/run.h"
 
 namespace nadir::record {
-
-/// A text file that grows line by line.
-class LineFile {
- public:
-  static Result<LineFile> create(const std::filesystem::path& path, const std::string& header);
-  Result<void> add(const std::string& line);
-  Result<void> close();
-
- private:
-  struct CloseFile {
-    void operator()(std::FILE* file) const noexcept { std::fclose(file); }
-  };
-  std::filesystem::path path_;
-  std::unique_ptr<std::FILE, CloseFile> file_;
-};
 
 /// Writes frames, masks and their truth into a dataset; truth planes too, where the run file asks for them.
 class FrameSink final : public sim::Sink {
@@ -38,22 +22,6 @@ class FrameSink final : public sim::Sink {
   const sim::Run& run_;
   Dataset& dataset_;
   const int threads_;
-};
-
-/// Writes telemetry/<vehicle>/state.csv: time, pose in WGS-84 and in the scene, and what a flown vehicle knows of
-/// itself, the channels of its kind last. Angles in degrees, all else SI, every digit kept.
-class TelemetrySink final : public sim::Sink {
- public:
-  TelemetrySink(const sim::Run& run, std::filesystem::path folder) : run_(run), folder_(std::move(folder)) {}
-  Result<void> on_state(const std::string& vehicle, const sim::VehicleState& state) override;
-  Result<void> finish() override;
-
- private:
-  Result<LineFile*> file_of(const std::string& vehicle);
-
-  const sim::Run& run_;
-  std::filesystem::path folder_;
-  std::map<std::string, LineFile> files_;
 };
 
 /// Writes truth_rows/<vehicle>/<sensor>.txt: the 34 numbers a frame that the 2022 plugin's data set had: frame number;

@@ -1,0 +1,53 @@
+#include "flights.h"
+
+#include <algorithm>
+
+namespace nadir::bench {
+namespace {
+using namespace sim;
+
+const geodesy::Geodetic place = geodesy::Geodetic::degrees(38.1, -0.76, 3000);
+const Eigen::Vector3d wind_ned_mps(3, -6, 0);
+constexpr double airspeed_mps = 25;
+}  // namespace
+
+AirAlongPath air_of_the_square(bool turbulent) {
+  AirParts parts;
+  parts.height_above_ground_m = [](const geodesy::Point<geodesy::frame::Ecef>& p) {
+    return geodesy::geodetic_from_ecef(p).height_m;
+  };
+  parts.sources.push_back(std::make_unique<SteadyWind>(wind_ned_mps, Shear{}));
+  if (turbulent)
+    parts.turbulence = Turbulence(wind_at_20ft_mps(TurbulenceIntensity::Light), aerosonde().span_m,
+                                  RandomStream(5, "turbulence/plane"));
+  return AirAlongPath::start(std::move(parts), geodesy::ecef_from_geodetic(place), {1, 0, 0}, airspeed_mps).value();
+}
+
+PathPoint start_of_the_square() {
+  const auto at = geodesy::ecef_from_geodetic(place);
+  return {at, {Environment::wgs84().at(at).ecef_from_ned * (Eigen::Vector3d(airspeed_mps, 0, 0) + wind_ned_mps)}};
+}
+
+std::unique_ptr<FlownVehicle> vehicle_of_the_square(const Scheme& scheme) {
+  const Waypoint corners[] = {{1000, 0, 0}, {1000, 1000, 20}, {0, 1000, 20}, {0, 5, 0}};
+  return fly_fixed_wing({.vehicle = aerosonde(),
+                         .environment = Environment::wgs84(),
+                         .scene = geodesy::LocalFrame(place),
+                         .start = place,
+                         .airspeed_mps = airspeed_mps,
+                         .wind_ned_mps = wind_ned_mps,
+                         .mission = Mission::create({0, 0, 0}, corners, 150, AfterMission::Repeat).value(),
+                         .scheme = scheme})
+      .value();
+}
+
+Flight aerosonde_around_a_square(const Scheme& scheme, bool turbulent) {
+  return {Environment::wgs84(), air_of_the_square(turbulent), vehicle_of_the_square(scheme)};
+}
+
+double apart_m(const BodyState& a, const BodyState& b) {
+  return std::max((a.position.xyz - b.position.xyz).norm(),
+                  1000 * a.ecef_from_body.quaternion.angularDistance(b.ecef_from_body.quaternion));
+}
+
+}  // namespace nadir::bench

@@ -1,0 +1,21 @@
+#pragma once
+
+#include "nadir/sim/flight.h"
+#include "nadir/sim/flown_fixed_wing.h"
+
+namespace nadir::bench {
+
+/// An Aerosonde around a square of 1 km for ever, two corners 20 m higher, 3000 m up over WGS-84, in wind; in light
+/// turbulence too where that is wanted.
+sim::Flight aerosonde_around_a_square(const sim::Scheme& scheme, bool turbulent);
+
+/// Its air alone, and where it begins.
+sim::AirAlongPath air_of_the_square(bool turbulent);
+sim::PathPoint start_of_the_square();
+/// Its vehicle and autopilot alone.
+std::unique_ptr<sim::FlownVehicle> vehicle_of_the_square(const sim::Scheme& scheme);
+
+/// Greatest distance of two states: of their places, or of what lies a kilometre away along their attitudes. Metres.
+double apart_m(const sim::BodyState& a, const sim::BodyState& b);
+
+}  // namespace nadir::bench

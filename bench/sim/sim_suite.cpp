@@ -1,0 +1,234 @@
+#include "sim_suite.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <filesystem>
+#include <memory>
+
+#include "flights.h"
+#include "nadir/base/files.h"
+#include "nadir/record/telemetry.h"
+#include "nadir/sim/monte_carlo.h"
+#include "nadir/sim/plan_flight.h"
+#include "nadir/sim/run.h"
+
+namespace nadir::bench {
+namespace {
+
+using sim::Scheme, sim::Flight;
+using M = Scheme::Method;
+
+constexpr std::int64_t second_ns = 1'000'000'000;
+/// As the simulator stepped before it planned: 400 times a second.
+constexpr Scheme steps_at_400_hz{.method = M::Rk4, .steps = 4};
+
+/// A flight of so many seconds under a scheme, its greatest distance from the exact one.
+Method flown(const std::string& name, const std::string& setting, const Scheme& scheme, bool turbulent, int seconds,
+             const std::shared_ptr<const std::vector<sim::BodyState>>& exact) {
+  const auto evaluations = std::make_shared<std::int64_t>(0);
+  return {.name = name,
+          .setting = setting,
+          .run = [=]() -> Result<void> {
+            Flight flight = aerosonde_around_a_square(scheme, turbulent);
+            const auto done = flight.fly(seconds * second_ns);
+            *evaluations = flight.vehicle().work().evaluations;
+            return done;
+          },
+          .error = [=]() -> Result<double> {
+            Flight flight = aerosonde_around_a_square(scheme, turbulent);
+            double worst = 0;
+            for (const sim::BodyState& state : *exact) {
+              if (auto ok = flight.fly(flight.time_ns() + Flight::period_ns); !ok) return fail(ok);
+              worst = std::max(worst, apart_m(flight.vehicle().body(), state));
+            }
+            return worst;
+          },
+          .counters = [=]() -> std::map<std::string, std::string> {
+            return {{"evaluations a simulated second", std::to_string(*evaluations / seconds)}};
+          }};
+}
+
+Case by_scheme(bool turbulent, const RunOptions& options) {
+  return {turbulent ? "by scheme, in turbulence" : "by scheme", [=]() -> Result<Comparison> {
+            const int seconds = options.quick ? 5 : 60;
+            auto exact = std::make_shared<std::vector<sim::BodyState>>();
+            Flight flight = aerosonde_around_a_square({.method = M::Rk4, .steps = 64}, turbulent);
+            while (flight.time_ns() < seconds * second_ns) {
+              if (auto ok = flight.fly(flight.time_ns() + Flight::period_ns); !ok) return fail(ok);
+              exact->push_back(flight.vehicle().body());
+            }
+            Comparison comparison{.error_unit = "m", .work = static_cast<double>(seconds), .work_unit = "simulated s"};
+            const auto add = [&](const std::string& name, const std::string& setting, const Scheme& scheme) {
+              comparison.methods.push_back(flown(name, setting, scheme, turbulent, seconds, exact));
+            };
+            add("rk4", "4 steps (400 Hz)", steps_at_400_hz);
+            for (const M method : {M::Euler, M::Midpoint, M::Heun, M::Rk4})
+              for (const int steps : {1, 2, 16})
+                add(std::string(name_of(method)), fmt::format("{} steps", steps), {.method = method, .steps = steps});
+            add("dormand-prince", "1 mm", {.method = M::DormandPrince});
+            for (const double tolerance_m : {1.0, 1e-3, 1e-6}) {
+              const auto plan = sim::plan_flight(
+                  [=](const Scheme& s) -> Result<Flight> { return aerosonde_around_a_square(s, turbulent); },
+                  tolerance_m, seconds* second_ns);
+              if (!plan) return fail(plan);
+              add("planned", fmt::format("{:g} m", tolerance_m), plan->scheme);
+            }
+            comparison.aims = {{.method = label("planned", "0.001 m"), .baseline = label("rk4", "4 steps (400 Hz)")}};
+            return comparison;
+          }};
+}
+
+/// What the periods of a second of flight are spent on.
+Case by_part() {
+  return {"what a second of flight is spent on", []() -> Result<Comparison> {
+            constexpr int periods = 100;
+            Comparison comparison;
+            for (const bool turbulent : {false, true}) {
+              const auto air = std::make_shared<sim::AirAlongPath>(air_of_the_square(turbulent));
+              comparison.methods.push_back(
+                  {.name = "air", .setting = turbulent ? "turbulent" : "steady", .run = [=]() -> Result<void> {
+                     const sim::PathPoint here = start_of_the_square();
+                     const sim::Environment earth = sim::Environment::wgs84();
+                     for (int i = 0; i < periods; ++i)
+                       if (auto ok = air->advance(earth, here); !ok) return ok;
+                     return {};
+                   }});
+            }
+            const std::shared_ptr<sim::FlownVehicle> still = vehicle_of_the_square({});
+            comparison.methods.push_back({.name = "autopilot", .setting = "", .run = [=]() -> Result<void> {
+                                            for (int i = 0; i < periods; ++i)
+                                              if (auto ok = still->decide(0, {}); !ok) return ok;
+                                            return {};
+                                          }});
+            for (const auto& [setting, scheme] :
+                 {std::pair("rk4, 4 steps", steps_at_400_hz), {"dormand-prince", Scheme{.method = M::DormandPrince}}})
+              comparison.methods.push_back(
+                  {.name = "motion", .setting = setting, .run = [=]() -> Result<void> {
+                     const auto vehicle = vehicle_of_the_square(scheme);
+                     for (int i = 0; i < periods; ++i)
+                       if (auto ok = vehicle->move(i * Flight::period_ns, (i + 1) * Flight::period_ns, {}); !ok)
+                         return ok;
+                     return {};
+                   }});
+            comparison.methods.push_back({.name = "a start", .setting = "trims and gains", .run = []() -> Result<void> {
+                                            vehicle_of_the_square(steps_at_400_hz);
+                                            return {};
+                                          }});
+            return comparison;
+          }};
+}
+
+/// The run file that a case flies, without cameras.
+Result<sim::RunFile> run_file(const std::string& scratch, const std::string& record, int seconds) {
+  const std::string path = scratch + "/run.yaml";
+  const std::string text = fmt::format(
+      "duration_s: {}\nscene:\n  layers:\n    eo: {{map: {}/sim/demo/maps/kampala.tif}}\nair: {{turbulence: "
+      "{{intensity: "
+      "light}}}}\nvehicles:\n  plane:\n    start: {{height: 500 agl}}\n    repeat_mission: true\n    mission: "
+      "[{{north_m: "
+      "900, east_m: 0}}, {{north_m: 900, east_m: 900}}, {{north_m: 0, east_m: 900}}, {{north_m: 0, east_m: 5}}]\n{}",
+      seconds, NADIR_SOURCE_DIR, record);
+  if (auto ok = write_file(path, text); !ok) return fail(ok);
+  return sim::read_run_file(path);
+}
+
+Case recorded(const RunOptions& options) {
+  return {"recorded", [=]() -> Result<Comparison> {
+            const int seconds = options.quick ? 5 : 60;
+            Comparison comparison{.work = static_cast<double>(seconds), .work_unit = "simulated s"};
+            const auto add = [&](const std::string& name, const std::string& setting,
+                                 const std::string& record) -> Result<void> {
+              const auto file = run_file(options.scratch, record, seconds);
+              if (!file) return fail(file);
+              const auto planned = sim::Run::prepare(*file);
+              if (!planned) return fail(planned);
+              // Each repetition from the start: a prepared run flies once
+              const auto run = std::make_shared<std::optional<sim::Run>>();
+              comparison.methods.push_back({.name = name,
+                                            .setting = setting,
+                                            .run = [=, folder = options.scratch]() -> Result<void> {
+                                              record::TelemetrySink telemetry(**run, folder);
+                                              const bool keep = (*run)->file().telemetry != sim::TelemetryFormat::None;
+                                              render::Renderer unused({.cache_bytes = 0, .threads = 1});
+                                              const std::array<sim::Sink*, 1> sinks = {&telemetry};
+                                              const auto done = (*run)->execute(
+                                                  unused, std::span(sinks).first(keep ? 1 : 0), false, 0);
+                                              if (!done) return fail(done);
+                                              return {};
+                                            },
+                                            .before = [=, file = planned->file()]() -> Result<void> {
+                                              auto made = sim::Run::prepare(file);
+                                              if (!made) return fail(made);
+                                              run->emplace(std::move(*made));
+                                              return {};
+                                            }});
+              return {};
+            };
+            for (const auto& [name, setting, record] :
+                 {std::tuple("nothing", "", "record: {telemetry: none, telemetry_rate_hz: 1}\n"),
+                  {"npy", "50 Hz", "record: {telemetry: npy}\n"},
+                  {"npy", "400 Hz", "record: {telemetry: npy, telemetry_rate_hz: 400}\n"},
+                  {"csv", "50 Hz", "record: {telemetry: csv}\n"},
+                  {"csv", "400 Hz", "record: {telemetry: csv, telemetry_rate_hz: 400}\n"}})
+              if (auto ok = add(name, setting, record); !ok) return fail(ok);
+            comparison.aims = {{.method = label("npy", "400 Hz"), .baseline = label("csv", "400 Hz")}};
+            return comparison;
+          }};
+}
+
+Case many(const RunOptions& options) {
+  return {"many flights", [=]() -> Result<Comparison> {
+            const int seconds = options.quick ? 5 : 60, flights = options.quick ? 4 : 32;
+            auto file = run_file(options.scratch, "", seconds);
+            if (!file) return fail(file);
+            auto planned = sim::Run::prepare(*file);
+            if (!planned) return fail(planned);
+            Comparison comparison{.work = 1.0 * seconds * flights, .work_unit = "simulated s"};
+            for (const int threads : {1, 2})
+              comparison.methods.push_back({.name = "nadir",
+                                            .setting = fmt::format("threads={}", threads),
+                                            .run = [=, run = planned->file()]() -> Result<void> {
+                                              const auto flown = sim::fly_many(run, flights, threads);
+                                              if (!flown) return fail(flown);
+                                              return {};
+                                            }});
+            comparison.aims = {{.method = "nadir, threads=2", .baseline = "nadir, threads=1", .most = 1 / 1.8}};
+            return comparison;
+          }};
+}
+
+/// Memory of a flight of a day beside one of an hour: what grows with time shows.
+Case a_day(const RunOptions& options) {
+  return {"a day", [=]() -> Result<Comparison> {
+            const int unit_s = options.quick ? 10 : 3600;
+            Comparison comparison{.warm_up = false, .rounds = 1};
+            for (const int hours : {1, 24})
+              comparison.methods.push_back({.name = "nadir",
+                                            .setting = fmt::format("{} h", hours),
+                                            .run = [=]() -> Result<void> {
+                                              Flight flight =
+                                                  aerosonde_around_a_square({.method = M::DormandPrince}, true);
+                                              return flight.fly(std::int64_t{hours} * unit_s * second_ns);
+                                            },
+                                            .peak = true});
+            comparison.aims = {{.method = "nadir, 24 h", .baseline = "nadir, 1 h", .most = 1.02, .cost = Cost::peak}};
+            return comparison;
+          }};
+}
+
+}  // namespace
+
+Suite sim_suite() {
+  return {"sim", "the flight simulator: simulated seconds a second, and their error",
+          [](const RunOptions& options) -> std::vector<Case> {
+            return {by_scheme(false, options),
+                    by_scheme(true, options),
+                    by_part(),
+                    recorded(options),
+                    many(options),
+                    a_day(options)};
+          }};
+}
+
+}  // namespace nadir::bench
