@@ -9,18 +9,34 @@ using namespace sim;
 const geodesy::Geodetic place = geodesy::Geodetic::degrees(38.1, -0.76, 3000);
 const Eigen::Vector3d wind_ned_mps(3, -6, 0);
 constexpr double airspeed_mps = 25;
+
+std::unique_ptr<FlownVehicle> vehicle(const Scheme& scheme, const Eigen::Vector3d& carried_ned_mps, Mission mission) {
+  return fly_fixed_wing({.vehicle = aerosonde(),
+                         .environment = Environment::wgs84(),
+                         .scene = geodesy::LocalFrame(place),
+                         .start = place,
+                         .airspeed_mps = airspeed_mps,
+                         .wind_ned_mps = carried_ned_mps,
+                         .mission = std::move(mission),
+                         .scheme = scheme})
+      .value();
+}
+
+AirAlongPath start(AirParts parts) {
+  parts.height_above_ground_m = [](const geodesy::Point<geodesy::frame::Ecef>& p) {
+    return geodesy::geodetic_from_ecef(p).height_m;
+  };
+  return AirAlongPath::start(std::move(parts), geodesy::ecef_from_geodetic(place), {1, 0, 0}, airspeed_mps).value();
+}
 }  // namespace
 
 AirAlongPath air_of_the_square(bool turbulent) {
   AirParts parts;
-  parts.height_above_ground_m = [](const geodesy::Point<geodesy::frame::Ecef>& p) {
-    return geodesy::geodetic_from_ecef(p).height_m;
-  };
   parts.sources.push_back(std::make_unique<SteadyWind>(wind_ned_mps, Shear{}));
   if (turbulent)
     parts.turbulence = Turbulence(wind_at_20ft_mps(TurbulenceIntensity::Light), aerosonde().span_m,
                                   RandomStream(5, "turbulence/plane"));
-  return AirAlongPath::start(std::move(parts), geodesy::ecef_from_geodetic(place), {1, 0, 0}, airspeed_mps).value();
+  return start(std::move(parts));
 }
 
 PathPoint start_of_the_square() {
@@ -30,15 +46,14 @@ PathPoint start_of_the_square() {
 
 std::unique_ptr<FlownVehicle> vehicle_of_the_square(const Scheme& scheme) {
   const Waypoint corners[] = {{1000, 0, 0}, {1000, 1000, 20}, {0, 1000, 20}, {0, 5, 0}};
-  return fly_fixed_wing({.vehicle = aerosonde(),
-                         .environment = Environment::wgs84(),
-                         .scene = geodesy::LocalFrame(place),
-                         .start = place,
-                         .airspeed_mps = airspeed_mps,
-                         .wind_ned_mps = wind_ned_mps,
-                         .mission = Mission::create({0, 0, 0}, corners, 150, AfterMission::Repeat).value(),
-                         .scheme = scheme})
-      .value();
+  return vehicle(scheme, wind_ned_mps, Mission::create({0, 0, 0}, corners, 150, AfterMission::Repeat).value());
+}
+
+Flight aerosonde_in_a_circle() {
+  const Waypoint only{300, 0, 0};  // whose mission ends in a circle
+  return {Environment::wgs84(), start({}),
+          vehicle({.method = Scheme::Method::DormandPrince}, Eigen::Vector3d::Zero(),
+                  Mission::create({0, 0, 0}, {&only, 1}, 150, AfterMission::Circle).value())};
 }
 
 Flight aerosonde_around_a_square(const Scheme& scheme, bool turbulent) {

@@ -9,7 +9,10 @@ namespace nadir::bench {
 /// turbulence too where that is wanted.
 sim::Flight aerosonde_around_a_square(const sim::Scheme& scheme, bool turbulent);
 
-/// Its air alone, and where it begins.
+/// In a level circle of 150 m, in still air, for ever; steps that adapt.
+sim::Flight aerosonde_in_a_circle();
+
+/// Air of the square alone, and where it begins.
 sim::AirAlongPath air_of_the_square(bool turbulent);
 sim::PathPoint start_of_the_square();
 /// Its vehicle and autopilot alone.
