@@ -50,7 +50,7 @@ class ChangingMap : public testing::Test {
   std::optional<tile::Map> map;
   std::optional<Scene> scene;
   Renderer renderer;
-  std::vector<std::byte> untouched;
+  FrameBuffer<std::byte> untouched;
 };
 
 TEST_F(ChangingMap, DeletedOrReplacedByAnotherFileIsReadOnAsItWasOpened) {

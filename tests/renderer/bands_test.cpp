@@ -13,8 +13,8 @@ namespace {
 /// What bands make when laid one below the other.
 struct Joined {
   Frame frame;  // without pixels
-  std::vector<std::vector<std::byte>> samples;
-  std::vector<std::vector<std::uint8_t>> validity;
+  std::vector<FrameBuffer<std::byte>> samples;
+  std::vector<FrameBuffer<std::uint8_t>> validity;
   std::vector<int> first_rows;
   std::size_t greatest_bytes = 0;  // of a band
 };

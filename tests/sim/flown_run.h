@@ -21,7 +21,7 @@ struct Recorder final : Sink {
     render::CameraPose ecef_from_camera;
     render::FrameCounters counters;
     render::Truth truth;
-    std::vector<std::byte> samples;
+    render::FrameBuffer<std::byte> samples;
     std::string rejected;
   };
   std::map<std::string, std::vector<VehicleState>> states;

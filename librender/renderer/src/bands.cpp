@@ -115,7 +115,7 @@ Result<Frame> Renderer::expose_in_bands(const Scene& scene, const ExactChain& mi
   Frame frame;
   const LayerKinds kinds = kinds_of(scene);
   for (const Layer& layer : scene.layers()) {
-    FrameLayer out = empty_layer(layer, middle);
+    FrameLayer out = empty_layer(layer, middle, engine_->frames);
     if (options.off_map == OffMap::Reject)
       if (auto ok = refuse_off_map(layer, out.truth); !ok) return fail(ok);
     frame.layers_.push_back(std::move(out));

@@ -3,8 +3,11 @@
 #include <algorithm>
 
 namespace nadir::render {
-FrameLayer empty_layer(const Layer& layer, const ExactChain& chain) {
+
+FrameLayer empty_layer(const Layer& layer, const ExactChain& chain, const std::shared_ptr<FrameMemory>& memory) {
   FrameLayer out;
+  out.samples = FrameBuffer<std::byte>(FrameAllocator<std::byte>(memory));
+  out.validity = FrameBuffer<std::uint8_t>(FrameAllocator<std::uint8_t>(memory));
   out.name = layer.name;
   out.width = chain.camera().width_px();
   out.height = chain.camera().height_px();
@@ -18,13 +21,14 @@ void allocate(const Layer& layer, int rows, FrameLayer& out) {
   const std::size_t pixels = static_cast<std::size_t>(out.width) * static_cast<std::size_t>(rows);
   out.height = rows;
   out.type = layer.source->type();
-  out.samples.assign(pixels * static_cast<std::size_t>(out.bands) * tile::size_bytes(out.type), std::byte{0});
-  out.validity.assign(pixels, 0);
+  out.samples.clear();  // a band's values are not worth copying to where the next one has room
+  out.samples.resize(pixels * static_cast<std::size_t>(out.bands) * tile::size_bytes(out.type));
+  out.validity.resize(pixels);
 }
 
-void clear(FrameLayer& layer) {
-  std::fill(layer.samples.begin(), layer.samples.end(), std::byte{0});
-  std::fill(layer.validity.begin(), layer.validity.end(), std::uint8_t{0});
+void prepare(const LayerPlan& plan, FrameLayer& out) {
+  if (plan.pixels_sampled < static_cast<std::int64_t>(out.validity.size()))
+    std::fill(out.validity.begin(), out.validity.end(), std::uint8_t{0});
 }
 
 LayerKinds kinds_of(const Scene& scene) {

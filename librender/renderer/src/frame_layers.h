@@ -10,13 +10,14 @@
 
 namespace nadir::render {
 
-/// A layer of the frame with its geometric truth, but no pixels yet.
-FrameLayer empty_layer(const Layer& layer, const ExactChain& chain);
+/// A layer of the frame with its geometric truth, but no pixels yet; they will take their memory from `memory`.
+FrameLayer empty_layer(const Layer& layer, const ExactChain& chain, const std::shared_ptr<FrameMemory>& memory);
 
-/// Gives it the pixels of `rows` rows, invalid so far, of map values.
+/// Gives it the pixels of `rows` rows, of map values. They hold anything, be they valid or not.
 void allocate(const Layer& layer, int rows, FrameLayer& out);
 
-void clear(FrameLayer& layer);
+/// Has all pixels invalid that `plan` does not sample.
+void prepare(const LayerPlan& plan, FrameLayer& out);
 
 /// Layers by how an exposure shows them, as indices.
 struct LayerKinds {
@@ -29,8 +30,8 @@ LayerKinds kinds_of(const Scene& scene);
 void note_plan(const SampledPlan& planned, double geometry_error_px, std::int64_t cells, const RenderOptions& options,
                bool first, Truth& truth);
 
-/// From map values to what the sensor delivers: its output type, and what invalid pixels hold. Returns how many are
-/// valid. In parallel.
+/// From map values to what the sensor delivers: its output type, and what invalid pixels hold, of which samples may
+/// hold anything before. Returns how many are valid. In parallel.
 std::int64_t finish_layer(const Layer& layer, const RenderOptions& options, FrameLayer& out);
 
 /// What was found of damaged tiles of the layer's map.

@@ -39,6 +39,7 @@ Renderer::Renderer(Renderer&&) noexcept = default;
 Renderer& Renderer::operator=(Renderer&&) noexcept = default;
 
 tile::CacheCounters Renderer::cache_counters() const { return engine_->cache.counters(); }
+FrameMemoryCounters Renderer::frame_memory_counters() const { return engine_->frames->counters(); }
 tile::CellCache& Renderer::cache() { return engine_->cache; }
 
 tile::CellCache::Ticket Renderer::prefetch(const Scene& scene, const Camera& camera, const CameraPose& ecef_from_camera,
@@ -92,7 +93,7 @@ Result<Frame> Renderer::expose(const Scene& scene, const ExactChain& middle, std
   const WorkTotals before = work_so_far(scene, engine_->cache);
 
   for (const Layer& layer : scene.layers()) {
-    FrameLayer out = empty_layer(layer, middle);
+    FrameLayer out = empty_layer(layer, middle, engine_->frames);
     if (options.off_map == OffMap::Reject)
       if (auto ok = refuse_off_map(layer, out.truth); !ok) return fail(ok);
     allocate(layer, out.height, out);
@@ -129,8 +130,6 @@ Result<void> Renderer::expose_rows(const Scene& scene, const ExactChain& middle,
   for (const std::size_t i : kinds.blended)
     means.emplace_back(frame.layers_[i], scene.layers()[i].source->domain() == tile::Domain::Decibel);
   for (std::size_t k = 0; k < instants.size() && !kinds.blended.empty(); ++k) {
-    if (k > 0)
-      for (const std::size_t i : kinds.blended) clear(frame.layers_[i]);
     if (auto ok = sample(scene, instants[k], kinds.blended, options, k, band, frame, damage); !ok) return ok;
     const StageTimer finishing(frame.counters_.times.finishing_ms);
     engine_->arena.execute([&] {
@@ -194,6 +193,7 @@ Result<void> Renderer::sample(const Scene& scene, const ExactChain& chain, std::
   std::vector<WorkItem> items;
   for (std::size_t k = 0; k < plans.size(); ++k) {
     FrameLayer& out = frame.layers_[which[k]];
+    prepare(plans[k], out);
     for (const PlannedBlock& block : plans[k].blocks)
       items.push_back({&block, scene.layers()[which[k]].source.get(), out.samples.data(), out.validity.data(),
                        static_cast<std::size_t>(out.width), rows});

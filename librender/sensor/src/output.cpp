@@ -14,12 +14,11 @@ std::optional<Output> natural_output(SampleType type) {
   return std::nullopt;
 }
 
-std::vector<std::byte> convert(const void* samples, SampleType from, std::size_t count, const Output& output) {
-  std::vector<std::byte> converted(count * tile::size_bytes(output.type));
+void convert(const void* samples, SampleType from, std::size_t count, const Output& output, void* converted) {
   tile::with_sample_type(from, [&]<class From>(From) {
     tile::with_sample_type(output.type, [&]<class To>(To) {
       const auto* in = static_cast<const From*>(samples);
-      auto* out = reinterpret_cast<To*>(converted.data());
+      auto* out = static_cast<To*>(converted);
       if constexpr (std::is_floating_point_v<To>) {
         std::transform(in, in + count, out, [](From v) { return static_cast<To>(v); });
       } else {
@@ -32,7 +31,6 @@ std::vector<std::byte> convert(const void* samples, SampleType from, std::size_t
       }
     });
   });
-  return converted;
 }
 
 }  // namespace nadir::render

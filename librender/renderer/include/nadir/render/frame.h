@@ -9,6 +9,7 @@
 
 #include "nadir/render/explanation.h"
 #include "nadir/render/frame_counters.h"
+#include "nadir/render/frame_memory.h"
 #include "nadir/render/truth.h"
 #include "nadir/tile/sample_type.h"
 
@@ -19,8 +20,8 @@ struct FrameLayer {
   std::string name;
   int width = 0, height = 0, bands = 0;
   tile::SampleType type = tile::SampleType::UInt8;
-  std::vector<std::byte> samples;      // height * width * bands, bands interleaved
-  std::vector<std::uint8_t> validity;  // height * width, 1 valid, 0 not
+  FrameBuffer<std::byte> samples;      // height * width * bands, bands interleaved
+  FrameBuffer<std::uint8_t> validity;  // height * width, 1 valid, 0 not
   Truth truth;
 };
 

@@ -52,6 +52,8 @@ struct RenderOptions {
 struct RendererOptions {
   std::uint64_t cache_bytes = 256ull << 20;  // for decoded map tiles, GDAL's among them; pinned ones count
   int threads = 0;                           // 0: as many as the machine has
+  /// At most so much memory of frames that are gone is kept for frames of the same size to come.
+  std::uint64_t spare_frame_bytes = 64ull << 20;
 };
 
 /// Renders frames, keeping what it read of maps for the next one.
@@ -95,6 +97,7 @@ class Renderer {
   void wait_for_prefetch() { cache().wait_for_prefetch(); }
 
   tile::CacheCounters cache_counters() const;
+  FrameMemoryCounters frame_memory_counters() const;
 
  private:
   /// `middle`: of the frame's truth; `instants`: whose mean the frame is, one alone being the middle itself.

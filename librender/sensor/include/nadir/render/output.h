@@ -1,7 +1,7 @@
 #pragma once
 
+#include <cstddef>
 #include <optional>
-#include <vector>
 
 #include "nadir/tile/sample_type.h"
 
@@ -18,7 +18,7 @@ struct Output {
 std::optional<Output> natural_output(tile::SampleType type);
 
 /// `count` samples of type `from` as `output.type`: linear from [low, high] to the type's full range (of int16: 0 to
-/// 32767), rounded to nearest, clamped.
-std::vector<std::byte> convert(const void* samples, tile::SampleType from, std::size_t count, const Output& output);
+/// 32767), rounded to nearest, clamped. `converted`: has room for them.
+void convert(const void* samples, tile::SampleType from, std::size_t count, const Output& output, void* converted);
 
 }  // namespace nadir::render
