@@ -85,10 +85,11 @@ void BM_Sample(benchmark::State& state, const Question& q) {
         block.levels = windows;
         if (q.two_levels) block.level_at_corner = {0.4, 0.4, 0.6, 0.6};
         const std::size_t first = static_cast<std::size_t>(y) * frame_width + static_cast<std::size_t>(x);
-        render::sample_block_with(
-            *q.kernels, block, q.format,
+        const render::BlockTarget target{
+            block.levels,
             out.data() + first * static_cast<std::size_t>(q.format.bands) * tile::size_bytes(q.format.type),
-            validity.data() + first, frame_width);
+            validity.data() + first};
+        render::sample_block_with(*q.kernels, block, q.format, {&target, 1}, frame_width);
       }
     benchmark::ClobberMemory();
   }

@@ -145,7 +145,8 @@ inline Pixels sample(const render::Kernels& kernels, const render::BlockSampling
   const std::size_t pixel = static_cast<std::size_t>(format.bands) * tile::size_bytes(format.type);
   Pixels pixels{std::vector<std::byte>(stride * rows * pixel, std::byte{0x77}),
                 std::vector<std::uint8_t>(stride * rows, 0x77)};
-  render::sample_block_with(kernels, block, format, pixels.samples.data(), pixels.validity.data(), stride);
+  const render::BlockTarget target{block.levels, pixels.samples.data(), pixels.validity.data()};
+  render::sample_block_with(kernels, block, format, {&target, 1}, stride);
   return pixels;
 }
 

@@ -296,6 +296,21 @@ LayerPlan plan_layer(const PatchMapping& mapping, const tile::CellSource& source
   return plan;
 }
 
+bool same_places(const PlannedBlock& a, const PlannedBlock& b) {
+  const auto same_window = [](const LevelWindow& c, const LevelWindow& d) {
+    return c.level == d.level && c.texels_x == d.texels_x && c.texels_y == d.texels_y && c.width == d.width &&
+           c.height == d.height && c.first_col == d.first_col && c.first_row == d.first_row && c.cols == d.cols &&
+           c.rows == d.rows && c.around == d.around;
+  };
+  const BlockSampling &s = a.sampling, &t = b.sampling;
+  return a.rect == b.rect && s.texel_from_image == t.texel_from_image && s.texel_origin == t.texel_origin &&
+         s.biquadratic == t.biquadratic && a.texels.empty() && b.texels.empty() &&
+         s.level_at_corner == t.level_at_corner && s.level_blend.band == t.level_blend.band &&
+         s.samples_x == t.samples_x && s.samples_y == t.samples_y && s.interpolation == t.interpolation &&
+         s.map_width == t.map_width && s.map_height == t.map_height && s.inside == t.inside &&
+         std::equal(a.windows.begin(), a.windows.end(), b.windows.begin(), b.windows.end(), same_window);
+}
+
 std::string_view to_string(Filter filter) { return filter_names[static_cast<std::size_t>(filter)]; }
 std::string_view to_string(Quality quality) { return quality_names[static_cast<std::size_t>(quality)]; }
 Result<Filter> parse_filter(std::string_view text) { return parse_name<Filter>("filter", text, filter_names); }

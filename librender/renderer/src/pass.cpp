@@ -64,48 +64,117 @@ std::vector<tile::CellRequest> requests_for(const std::vector<WantedCell>& cells
   return requests;
 }
 
-/// Samples a block from pinned cells, which are sorted by address.
-void sample(const WorkItem& item, const std::vector<WantedCell>& wanted, const std::vector<tile::CellPtr>& pinned) {
-  BlockSampling sampling = item.block->sampling;
-  std::vector<LevelWindow> windows = item.block->windows;
-  std::vector<std::vector<std::int32_t>> columns(windows.size());
-  std::vector<std::vector<const tile::Cell*>> cells(windows.size());
-  for (std::size_t i = 0; i < windows.size(); ++i) {
-    columns[i] = stored_columns(windows[i]);
-    for_each_cell(windows[i], columns[i], [&](std::int32_t col, std::int32_t row) {
-      const WantedCell address{{item.source->id(), windows[i].level, col, row}, item.source};
-      const auto at = std::lower_bound(wanted.begin(), wanted.end(), address) - wanted.begin();
-      cells[i].push_back(pinned[static_cast<std::size_t>(at)].get());
-    });
-    windows[i].columns = columns[i];
-    windows[i].cells = cells[i];
+/// Pinned cells, sorted by address.
+struct PinnedCells {
+  const std::vector<WantedCell>& wanted;
+  const std::vector<tile::CellPtr>& cells;
+  const tile::Cell* at(const WantedCell& address) const {
+    return cells[static_cast<std::size_t>(std::lower_bound(wanted.begin(), wanted.end(), address) - wanted.begin())]
+        .get();
   }
-  sampling.levels = windows;
-  const PixelRect& rect = item.block->rect;
-  const std::size_t pixel_bytes = item.source->bands().size() * tile::size_bytes(item.source->type());
-  const int top = std::max(rect.y, item.rows.first);
-  const std::size_t first =
-      static_cast<std::size_t>(top - item.rows.first) * item.stride_px + static_cast<std::size_t>(rect.x);
-  std::byte* samples = static_cast<std::byte*>(item.samples) + first * pixel_bytes;
-  std::uint8_t* validity = item.validity + first;
-  if (item.rows.shared(rect) == rect.height) {
-    sample_block(sampling, *item.source, samples, validity, item.stride_px);
-    return;
+};
+
+/// A block's windows with their cells.
+class CellWindows {
+ public:
+  CellWindows(const WorkItem& item, const PinnedCells& pinned)
+      : windows_(item.block->windows), columns_(windows_.size()), cells_(windows_.size()) {
+    for (std::size_t i = 0; i < windows_.size(); ++i) {
+      columns_[i] = stored_columns(windows_[i]);
+      for_each_cell(windows_[i], columns_[i], [&](std::int32_t col, std::int32_t row) {
+        cells_[i].push_back(pinned.at({{item.source->id(), windows_[i].level, col, row}, item.source}));
+      });
+      windows_[i].columns = columns_[i];
+      windows_[i].cells = cells_[i];
+    }
   }
-  // Of a block that lies across the ends of the rows, the part within
+  std::span<const LevelWindow> windows() const { return windows_; }
+
+ private:
+  std::vector<LevelWindow> windows_;
+  std::vector<std::vector<std::int32_t>> columns_;
+  std::vector<std::vector<const tile::Cell*>> cells_;
+};
+
+/// The part within the rows of a block that lies across their ends: sampled whole, then copied.
+struct CroppedBlock {
+  std::vector<std::byte> samples;
+  std::vector<std::uint8_t> validity;
+};
+
+/// Samples blocks that lie at the same places.
+void sample(std::span<const WorkItem> items, const PinnedCells& pinned) {
+  const WorkItem& first = items.front();
+  const PixelRect& rect = first.block->rect;
+  const std::size_t pixel_bytes = first.source->bands().size() * tile::size_bytes(first.source->type());
+  const int top = std::max(rect.y, first.rows.first), shared = first.rows.shared(rect);
+  const std::size_t corner =
+      static_cast<std::size_t>(top - first.rows.first) * first.stride_px + static_cast<std::size_t>(rect.x);
   const auto width = static_cast<std::size_t>(rect.width);
-  const std::size_t pixels = width * static_cast<std::size_t>(rect.height);
-  std::vector<std::byte> all_samples(pixels * pixel_bytes);
-  std::vector<std::uint8_t> all_validity(pixels);
-  sample_block(sampling, *item.source, all_samples.data(), all_validity.data(), width);
-  for (std::size_t y = 0; y < static_cast<std::size_t>(item.rows.shared(rect)); ++y) {
-    const std::size_t from = (static_cast<std::size_t>(top - rect.y) + y) * width, to = y * item.stride_px;
-    std::memcpy(samples + to * pixel_bytes, all_samples.data() + from * pixel_bytes, width * pixel_bytes);
-    std::memcpy(validity + to, all_validity.data() + from, width);
+  const bool cropped = shared != rect.height;
+
+  std::vector<CellWindows> windows;
+  std::vector<BlockTarget> into_frame, targets;
+  std::vector<CroppedBlock> whole;
+  for (const WorkItem& item : items) {
+    windows.emplace_back(item, pinned);
+    into_frame.push_back({{}, static_cast<std::byte*>(item.samples) + corner * pixel_bytes, item.validity + corner});
+    targets.push_back(into_frame.back());
+    if (!cropped) continue;
+    const std::size_t pixels = width * static_cast<std::size_t>(rect.height);
+    whole.push_back({std::vector<std::byte>(pixels * pixel_bytes), std::vector<std::uint8_t>(pixels)});
+    targets.back() = {{}, whole.back().samples.data(), whole.back().validity.data()};
   }
+  for (std::size_t i = 0; i < items.size(); ++i) targets[i].levels = windows[i].windows();
+  BlockSampling sampling = first.block->sampling;
+  sampling.levels = targets.front().levels;
+  sample_block(sampling, *first.source, targets, cropped ? width : first.stride_px);
+
+  for (std::size_t i = 0; i < whole.size(); ++i)
+    for (std::size_t y = 0; y < static_cast<std::size_t>(shared); ++y) {
+      const std::size_t from = (static_cast<std::size_t>(top - rect.y) + y) * width, to = y * first.stride_px;
+      std::memcpy(static_cast<std::byte*>(into_frame[i].samples) + to * pixel_bytes,
+                  whole[i].samples.data() + from * pixel_bytes, width * pixel_bytes);
+      std::memcpy(into_frame[i].validity + to, whole[i].validity.data() + from, width);
+    }
+}
+
+/// The first item of each group of those that are sampled together, and the end of all.
+std::vector<std::size_t> group_borders(std::span<const WorkItem> items) {
+  std::vector<std::size_t> borders;
+  for (std::size_t i = 0; i < items.size(); ++i)
+    if (i == 0 || !items[i].follows) borders.push_back(i);
+  borders.push_back(items.size());
+  return borders;
+}
+
+/// Whether two layers' blocks may be sampled together: at the same places, of samples of the same kind.
+bool sampled_alike(const WorkItem& a, const WorkItem& b) {
+  return a.source->type() == b.source->type() && a.source->bands().size() == b.source->bands().size() &&
+         a.source->domain() == b.source->domain() && a.stride_px == b.stride_px && same_places(*a.block, *b.block);
 }
 
 }  // namespace
+
+std::vector<WorkItem> in_groups(std::span<const std::vector<WorkItem>> layers) {
+  std::vector<WorkItem> items;
+  std::vector<bool> done(layers.size());
+  for (std::size_t k = 0; k < layers.size(); ++k) {
+    if (done[k]) continue;
+    for (std::size_t i = 0; i < layers[k].size(); ++i) {
+      std::size_t first = items.size();
+      for (std::size_t other = k; other < layers.size(); ++other) {
+        if (layers[other].size() != layers[k].size()) continue;
+        done[other] = true;
+        items.push_back(layers[other][i]);
+        items.back().follows = other > k && sampled_alike(items[first], items.back());
+        if (!items.back().follows) first = items.size() - 1;
+      }
+    }
+    done[k] = true;
+  }
+  return items;
+}
 
 Result<void> run_passes(std::span<const WorkItem> items, tile::CellCache& cache, FrameCounters& counters,
                         std::set<std::string>& damage) {
@@ -136,7 +205,10 @@ Result<void> run_passes(std::span<const WorkItem> items, tile::CellCache& cache,
   for (const tile::CellPtr& cell : *pinned)
     if (!cell->damage().empty()) damage.insert(cell->damage());
   timed(counters.times.sampling_ms, [&] {
-    tbb::parallel_for(std::size_t{0}, items.size(), [&](std::size_t i) { sample(items[i], wanted, *pinned); });
+    const std::vector<std::size_t> borders = group_borders(items);
+    tbb::parallel_for(std::size_t{0}, borders.size() - 1, [&](std::size_t i) {
+      sample(items.subspan(borders[i], borders[i + 1] - borders[i]), {wanted, *pinned});
+    });
   });
   ++counters.passes;
   return {};

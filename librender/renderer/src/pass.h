@@ -18,8 +18,12 @@ struct WorkItem {
   void* samples = nullptr;           // the frame layer's first, of the first of `rows`
   std::uint8_t* validity = nullptr;  // likewise
   std::size_t stride_px = 0;
-  RowRange rows;  // that the frame layer holds
+  RowRange rows;         // that the frame layer holds
+  bool follows = false;  // samples lie where those of the items before lie, of which the first one does not follow
 };
+
+/// All items of a frame's layers: those of layers on one grid, whose blocks lie at the same places, side by side.
+std::vector<WorkItem> in_groups(std::span<const std::vector<WorkItem>> layers);
 
 /// Pins the cells of `items`, then samples them in parallel; where the cells do not fit the cache at once, in several
 /// passes. Adds what it took to `counters`, and to `damage` what was found of damaged tiles, whose texels are invalid.

@@ -190,14 +190,15 @@ Result<void> Renderer::sample(const Scene& scene, const ExactChain& chain, std::
     }
     frame.counters_.samples += plans.back().samples;
   }
-  std::vector<WorkItem> items;
+  std::vector<std::vector<WorkItem>> of_layers(plans.size());
   for (std::size_t k = 0; k < plans.size(); ++k) {
     FrameLayer& out = frame.layers_[which[k]];
     prepare(plans[k], out);
     for (const PlannedBlock& block : plans[k].blocks)
-      items.push_back({&block, scene.layers()[which[k]].source.get(), out.samples.data(), out.validity.data(),
-                       static_cast<std::size_t>(out.width), rows});
+      of_layers[k].push_back({&block, scene.layers()[which[k]].source.get(), out.samples.data(), out.validity.data(),
+                              static_cast<std::size_t>(out.width), rows});
   }
+  const std::vector<WorkItem> items = in_groups(of_layers);
   planning.reset();
 
   const auto take = [&] {

@@ -13,7 +13,7 @@ struct SampleFormat {
 };
 
 /// `sample_block` by given kernels, of cells wherever they come from.
-void sample_block_with(const Kernels& kernels, const BlockSampling& block, const SampleFormat& format, void* out,
-                       std::uint8_t* validity, std::size_t stride_px);
+void sample_block_with(const Kernels& kernels, const BlockSampling& block, const SampleFormat& format,
+                       std::span<const BlockTarget> targets, std::size_t stride_px);
 
 }  // namespace nadir::render

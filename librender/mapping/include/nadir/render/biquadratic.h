@@ -44,6 +44,8 @@ class Biquadratic {
     return j;
   }
 
+  friend bool operator==(const Biquadratic&, const Biquadratic&) = default;
+
  private:
   static void through(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Eigen::Vector2d& c,
                       Eigen::Vector2d* out, std::size_t step) {

@@ -20,6 +20,7 @@ struct PixelRect {
     return {first, second};
   }
   std::array<PixelRect, 2> halves() const { return cut_at((width >= height ? width : height) / 2); }
+  friend bool operator==(const PixelRect&, const PixelRect&) = default;
 };
 
 /// Rows of an image, [first, end); all of them by default.

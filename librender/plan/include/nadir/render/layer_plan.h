@@ -26,6 +26,10 @@ struct PlannedBlock {
 
 static_assert(std::is_nothrow_move_constructible_v<PlannedBlock>, "lists of blocks would copy them when they grow");
 
+/// Whether the pixels of two blocks are sampled at the same places of maps on the same grid, in the same way. Not
+/// looked into where each pixel's texels are given.
+bool same_places(const PlannedBlock& a, const PlannedBlock& b);
+
 /// How one layer of a frame will be made. What sees nothing has no block.
 struct LayerPlan {
   std::vector<PlannedBlock> blocks;

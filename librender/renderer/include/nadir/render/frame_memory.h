@@ -12,9 +12,9 @@
 namespace nadir::render {
 
 struct FrameMemoryCounters {
-  std::uint64_t used_bytes = 0;   // of frames that live
-  std::uint64_t spare_bytes = 0;  // of frames that are gone, kept
-  std::uint64_t peak_bytes = 0;   // the most of both together
+  std::uint64_t used_bytes = 0;                        // of frames that live
+  std::uint64_t spare_bytes = 0;                       // of frames that are gone, kept
+  std::uint64_t peak_bytes = 0;                        // the most of both together
   std::int64_t blocks_taken = 0, blocks_recycled = 0;  // recycled ones among those taken
 };
 

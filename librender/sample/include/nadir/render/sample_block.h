@@ -57,18 +57,29 @@ struct BlockSampling {
   std::span<const LevelWindow> levels;   // consecutive, from the finest
 };
 
+/// What a block is sampled into, and from what: the block's first sample and validity byte in frames of one pixel's
+/// samples after the other, and windows like the block's, but for their cells.
+struct BlockTarget {
+  std::span<const LevelWindow> levels;
+  void* samples = nullptr;
+  std::uint8_t* validity = nullptr;
+};
+
 /// Samples a block, with the fastest kernels that this CPU has; all give the same bytes.
 ///
 /// Each pixel is the mean of its samples, of which each is blended linearly between two levels where LevelBlend says
 /// so. Invalid texels take no part; a pixel is valid where valid texels carry at least half of its weight and its
-/// centre is on the map. An invalid pixel's samples are 0. `out`: the block's first sample in a frame of `stride_px`
-/// pixels a row, bands interleaved, of the source's type; `validity`: likewise, one byte a pixel, 1 or 0.
+/// centre is on the map. An invalid pixel's samples are 0. Samples are of the source's type, bands interleaved, in
+/// frames of `stride_px` pixels a row; validity is one byte a pixel, 1 or 0.
+///
+/// Sources of one type and one number of bands on one grid are sampled together, each as `source` is: where samples lie
+/// is found once for all `targets`. Each gets the bytes that it would get alone.
 ///
 /// Integers are rounded to nearest, ties up, and held within their type's range, which Cubic may leave. Error before
 /// that, against samples in exact arithmetic: of bytes, Bilinear, 0.016 for a sample of one level (fractions of 15 bits
 /// and sums in units of 1/128; with levels blended 0.028); of all else what single precision leaves, under 1e-6 of the
 /// greatest texel. Where samples lie is off by 2.3e-5 texels of their level at most.
-void sample_block(const BlockSampling& block, const tile::CellSource& source, void* out, std::uint8_t* validity,
+void sample_block(const BlockSampling& block, const tile::CellSource& source, std::span<const BlockTarget> targets,
                   std::size_t stride_px);
 
 }  // namespace nadir::render
