@@ -78,6 +78,50 @@ TEST(Layers, LayersOfOneGridShareTheirMapping) {
   EXPECT_EQ(together.layer("a").samples, together.layer("b").samples);
 }
 
+TEST(Layers, LayersOfOneGridAreSampledTogetherAndShowWhatTheyShowAlone) {
+  const TemporaryFolder folder;
+  test::SyntheticMap synthetic = test::busy_map();
+  const auto a = make(folder, "a.tif", synthetic);
+  synthetic.value = [](int level, int band, int col, int row) { return (col * 31 + row * 17 + band + level) % 253; };
+  synthetic.mask_value = [](int col, int row) { return (col + row) / 90 % 4 == 0 ? 0 : 255; };
+  const auto b = make(folder, "b.tif", synthetic);
+  synthetic.mask = false;
+  const auto whole = make(folder, "whole.tif", synthetic);
+  synthetic.geotransform[0] += 0.25;
+  const auto beside = make(folder, "beside.tif", synthetic);
+  const auto scene_of = [&](const std::vector<std::pair<std::string, tile::Map>>& layers) {
+    Scene scene = Scene::plane(a.center(), {});
+    for (const auto& [name, map] : layers) scene = scene.with_layer(name, map);
+    return scene;
+  };
+  const std::vector<std::pair<std::string, tile::Map>> layers = {
+      {"a", a}, {"beside", beside}, {"b", b}, {"whole", whole}};
+  const Scene together =
+      scene_of(layers).with_layer("one band", b, {.bands = {2}}).with_layer("classes", b, {.role = tile::Role::Labels});
+  geodesy::Geodetic place = a.center();
+  place.height_m = 500;
+  const Camera camera = Camera::pinhole(330, 210, 260, 260, 165, 105).value();
+  for (const double pitch_deg : {0.0, 55.0, 80.0}) {
+    const CameraPose pose = camera_pose(place, geodesy::YawPitchRoll::degrees(33, pitch_deg, 8));
+    for (const Quality quality : {Quality::draft, Quality::balanced, Quality::best})
+      for (const std::uint64_t cache_bytes : {256u << 20, 2u << 20}) {  // in one pass, in some
+        Renderer renderer({.cache_bytes = cache_bytes});
+        const Frame frame = renderer.render(together, camera, pose, {.quality = quality}).value();
+        EXPECT_EQ(frame.counters().passes == 1, cache_bytes > (2u << 20));
+        EXPECT_GT(frame.counters().blocks_shared, 20);
+        for (const auto& layer : layers) {
+          const Frame alone = Renderer().render(scene_of({layer}), camera, pose, {.quality = quality}).value();
+          EXPECT_EQ(alone.counters().blocks_shared, 0);
+          EXPECT_TRUE(frame.layer(layer.first).samples == alone.layer().samples) << layer.first << ", " << pitch_deg;
+          EXPECT_TRUE(frame.layer(layer.first).validity == alone.layer().validity) << layer.first << ", " << pitch_deg;
+        }
+        const Scene classes = Scene::plane(a.center(), {}).with_layer("classes", b, {.role = tile::Role::Labels});
+        EXPECT_TRUE(frame.layer("classes").samples ==
+                    Renderer().render(classes, camera, pose, {.quality = quality}).value().layer().samples);
+      }
+  }
+}
+
 TEST(Layers, AnInvalidTexelTakesNoPartAndDoesNotSpread) {
   const TemporaryFolder folder;
   test::SyntheticMap synthetic = test::utm_map(256, 1);

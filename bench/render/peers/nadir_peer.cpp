@@ -1,4 +1,5 @@
-// Nadir itself, through its library. Methods: a quality or a filter; behind "+" what else: "layer", a second layer.
+// Nadir itself, through its library. Methods: a quality or a filter; behind "@" its oversampling; behind "+" what else:
+// "layer", a second layer.
 #include "nadir/render/renderer.h"
 #include "peer.h"
 #include "rule_map.h"
@@ -39,7 +40,9 @@ Result<std::unique_ptr<Peer>> open(const PeerSetup& setup) {
   if (!map) return fail(map);
   auto scene = render::Scene::plane(map->center(), {}).with_layer("map", *map);
   const std::size_t plus = setup.method.find('+');
-  const std::string how = setup.method.substr(0, plus);
+  const std::string way = setup.method.substr(0, plus);
+  const std::size_t at = way.find('@');
+  const std::string how = way.substr(0, at);
   if (plus != std::string::npos) {
     const auto second = open_file_or_rule(setup.maps.at(1));
     if (!second) return fail(second);
@@ -54,6 +57,7 @@ Result<std::unique_ptr<Peer>> open(const PeerSetup& setup) {
     if (!filter) return fail(filter);
     options.filter = *filter;
   }
+  if (at != std::string::npos) options.oversampling = std::stod(way.substr(at + 1));
   return std::make_unique<NadirPeer>(std::move(scene), options, setup.threads);
 }
 

@@ -206,6 +206,7 @@ Result<void> run_passes(std::span<const WorkItem> items, tile::CellCache& cache,
     if (!cell->damage().empty()) damage.insert(cell->damage());
   timed(counters.times.sampling_ms, [&] {
     const std::vector<std::size_t> borders = group_borders(items);
+    counters.blocks_shared += static_cast<std::int64_t>(items.size() - (borders.size() - 1));
     tbb::parallel_for(std::size_t{0}, borders.size() - 1, [&](std::size_t i) {
       sample(items.subspan(borders[i], borders[i + 1] - borders[i]), {wanted, *pinned});
     });

@@ -40,6 +40,7 @@ struct FrameCounters {
   std::int64_t windows_read = 0, samples_read = 0;  // from maps
   std::int64_t samples = 0;                         // bilinear or nearest samples taken
   std::int64_t passes = 0;
+  std::int64_t blocks_shared = 0;  // sampled with another layer's, on one grid, where samples lie being found once
   StageTimes times;
 };
 
