@@ -10,9 +10,7 @@ std::vector<Contestant> contestants() {
   const std::string nadir = "nadir-peer-nadir", opencv = "nadir-peer-opencv", oiio = "nadir-peer-oiio",
                     vips = "nadir-peer-vips", gdal = "nadir-peer-gdal", mesa = "nadir-peer-mesa";
   return {{"nadir draft", nadir, "draft"},
-          {"nadir balanced, oversampling 1", nadir, "balanced@1"},
           {"nadir balanced, oversampling 1.1", nadir, "balanced@1.1"},
-          {"nadir balanced, oversampling 1.3", nadir, "balanced@1.3"},
           {"nadir balanced", nadir, "balanced"},
           {"nadir best", nadir, "best"},
           {"original", opencv, "original"},
