@@ -162,7 +162,7 @@ Result<std::unique_ptr<PoseSource>> make_flight(const RunFile& run, const std::s
   }
   const Environment environment = run.flat_earth ? Environment::flat(scene.origin())
                                                  : Environment::wgs84(sea_level_m, Atmosphere(run.air.atmosphere));
-  std::vector<Waypoint> waypoints;
+  std::vector<MissionItem> waypoints;
   for (const WaypointSetup& point : setup.mission) {
     const auto waypoint = in_scene(point, ground);
     if (!waypoint) return fail(waypoint);
@@ -171,8 +171,8 @@ Result<std::unique_ptr<PoseSource>> make_flight(const RunFile& run, const std::s
   const double yaw_rad = to_radians(setup.yaw_deg);
   if (waypoints.empty()) {  // straight on, farther than the run lasts
     const double reach_m = (setup.airspeed_mps + 100) * (static_cast<double>(run.duration_ns) * 1e-9 + 10);
-    waypoints.push_back(
-        {start->north_m + reach_m * std::cos(yaw_rad), start->east_m + reach_m * std::sin(yaw_rad), start->height_m});
+    waypoints.push_back(Waypoint{start->north_m + reach_m * std::cos(yaw_rad),
+                                 start->east_m + reach_m * std::sin(yaw_rad), start->height_m});
   }
   auto mission = Mission::create(*start, waypoints, setup.turn_radius_m,
                                  setup.repeat_mission ? AfterMission::Repeat : AfterMission::Circle);
