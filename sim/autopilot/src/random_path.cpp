@@ -58,7 +58,8 @@ Result<std::vector<Waypoint>> random_path(const Area& area, const RandomPathOrde
   const Eigen::AlignedBox2d box = area.bounds();
   std::vector<Waypoint> path;
   Waypoint last = start;
-  bool within = area.contains({start.north_m, start.east_m}, order.margin_m + order.turn_radius_m.first / 32);
+  bool within = order.start_known &&
+                area.contains({start.north_m, start.east_m}, order.margin_m + order.turn_radius_m.first / 32);
   for (double length_m = 0; length_m < order.length_m || path.empty();) {
     const std::uint64_t index = path.size();
     std::optional<Waypoint> next;
