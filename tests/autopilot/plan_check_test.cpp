@@ -27,8 +27,8 @@ class PlanChecks : public testing::Test {
 TEST_F(PlanChecks, WhatCanBeFlownHasNoFindings) {
   const PlanCheck good = check({Waypoint{1000, 0, 120}, Waypoint{1000, 1000, 120}});
   EXPECT_TRUE(good.findings.empty());
-  // Two legs less the corner's cut, its quarter, and the last circle; at 25 m/s
-  const double metres = 2 * 850 + 150 * std::numbers::pi / 2 + 150 * 2 * std::numbers::pi;
+  // Two legs less the corner's cut, and its quarter; at 25 m/s
+  const double metres = 2 * 850 + 150 * std::numbers::pi / 2;
   EXPECT_NEAR(good.seconds, metres / 25, 1e-6);
 }
 

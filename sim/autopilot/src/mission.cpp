@@ -113,7 +113,7 @@ std::vector<PlannedPoint> planned_points(const Mission& mission, double spacing_
     const auto steps = static_cast<std::size_t>(std::ceil(std::max(length / spacing_m, 1.0)));
     for (std::size_t i = 0; i <= steps; ++i) {
       PlannedPoint point = point_at(piece, length * static_cast<double>(i) / static_cast<double>(steps));
-      point.length_m = length / static_cast<double>(steps + 1);
+      point.length_m = piece.leaves ? length / static_cast<double>(steps + 1) : 0;
       points.push_back(point);
     }
   }

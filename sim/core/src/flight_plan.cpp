@@ -11,6 +11,7 @@
 #include "nadir/sim/random_path.h"
 #include "nadir/sim/survey.h"
 #include "scene_place.h"
+#include "vehicle_kind.h"
 
 namespace nadir::sim {
 namespace {
@@ -18,6 +19,7 @@ namespace {
 using Eigen::Vector2d;
 using geodesy::to_radians;
 
+constexpr double swing_share = 0.02;  // of the height: a degree of attitude, and a metre off the path
 constexpr double rate_margin = 1.01;  // for speeds over ground a little above the planned one
 
 std::optional<double> radians(std::optional<double> degrees) {
@@ -129,7 +131,8 @@ Result<void> Planner::add(const SurveySetup& s) {
   const double airspeed = s.airspeed_mps.value_or(setup_.airspeed_mps);
 
   SurveyOrder order;
-  order.seen_m = seen_for_certain(*camera, above_m, 0);
+  const double pitch = level_pitch_rad(run_, setup_, airspeed, p).value_or(0);  // preflight tells where there is none
+  order.seen_m = seen_for_certain(*camera, above_m, 0, pitch);
   order.forward_overlap = s.forward_overlap;
   order.side_overlap = s.side_overlap;
   order.heading_rad = radians(s.heading_deg);
@@ -146,7 +149,7 @@ Result<void> Planner::add(const SurveySetup& s) {
   for (const double course : {plan->heading_rad, plan->heading_rad + std::numbers::pi}) {
     const double across = wind.dot(Vector2d(-std::sin(course), std::cos(course)));
     const double crab = -std::asin(std::clamp(across / airspeed, -1.0, 1.0));
-    order.seen_m = order.seen_m.intersection(seen_for_certain(*camera, above_m, crab));
+    order.seen_m = order.seen_m.intersection(seen_for_certain(*camera, above_m, crab, pitch));
     fastest_mps = std::max(fastest_mps, ground_speed_mps(airspeed, course, wind));
   }
   order.heading_rad = plan->heading_rad;
@@ -235,11 +238,12 @@ std::string mission_message(const RunFile& run, const MissionItemSetup& item, co
   return fmt::format("{}:{}: '{}': {}", run.file.string(), item.line, item.name, message);
 }
 
-Eigen::AlignedBox2d seen_for_certain(const VehicleCamera& camera, double height_m, double crab_rad) {
+Eigen::AlignedBox2d seen_for_certain(const VehicleCamera& camera, double height_m, double crab_rad, double pitch_rad) {
   // Where the border of the image lies on the ground, forward and right of the vehicle along its course
   constexpr int steps = 64;
   const double width = camera.camera->width_px(), height = camera.camera->height_px();
-  const Eigen::Rotation2Dd course_from_body(crab_rad);
+  const Eigen::Quaterniond course_from_body(Eigen::AngleAxisd(crab_rad, Eigen::Vector3d::UnitZ()) *
+                                            Eigen::AngleAxisd(pitch_rad, Eigen::Vector3d::UnitY()));
   std::vector<Vector2d> border;
   Vector2d middle = Vector2d::Zero();
   for (int i = 0; i < steps; ++i) {
@@ -248,11 +252,10 @@ Eigen::AlignedBox2d seen_for_certain(const VehicleCamera& camera, double height_
                                   Vector2d((1 - s) * width, height), Vector2d(0, (1 - s) * height)}) {
       const auto ray = camera.camera->ray_of(image);
       if (!ray) return {};
-      const Eigen::Vector3d ray_body = camera.body_from_camera.rotation * *ray;
-      if (ray_body.z() < 0.02 * ray_body.norm()) return {};  // within a degree of the horizon
-      const Eigen::Vector3d& mount = camera.body_from_camera.origin;
-      const Eigen::Vector3d hit = mount + (height_m - mount.z()) / ray_body.z() * ray_body;
-      border.emplace_back(course_from_body * Vector2d(hit.head<2>()));
+      const Eigen::Vector3d down = course_from_body * (camera.body_from_camera.rotation * *ray);
+      if (down.z() < 0.02 * down.norm()) return {};  // within a degree of the horizon
+      const Eigen::Vector3d mount = course_from_body * camera.body_from_camera.origin;
+      border.emplace_back((mount + (height_m - mount.z()) / down.z() * down).head<2>());
       if (i == 0) middle += border.back() / 4;
     }
   }
@@ -280,7 +283,8 @@ Eigen::AlignedBox2d seen_for_certain(const VehicleCamera& camera, double height_
       high -= third;
   }
   const double ratio = std::exp((low + high) / 2), half = half_length(ratio);
-  const Vector2d sides(half, ratio * half);
+  const Vector2d sides = Vector2d(half, ratio * half).array() - swing_share * height_m;
+  if (!(sides.minCoeff() > 0)) return {};
   return {middle - sides, middle + sides};
 }
 

@@ -6,11 +6,10 @@
 #include <map>
 
 #include "flight_air.h"
-#include "nadir/sim/autopilot.h"
 #include "nadir/sim/plan_check.h"
 #include "nadir/sim/rehearsal.h"
-#include "nadir/sim/trim.h"
 #include "scene_place.h"
+#include "vehicle_kind.h"
 
 namespace nadir::sim {
 namespace {
@@ -25,10 +24,7 @@ class Preflight {
       : run_(run), vehicle_(vehicle), setup_(setup), out_(out), points_(planned_points(vehicle.plan->mission, step_m)) {
     const auto& items = vehicle.plan->setup_item;
     for (PlannedPoint& p : points_) p.item = items.empty() ? 0 : items[p.item];  // a survey is one of the run file's
-    limits_.airspeed_mps = setup.airspeed_mps;
-    const AutopilotGains gains;
-    limits_.max_bank_rad = gains.max_roll_rad;
-    limits_.max_climb_mps = gains.max_climb_mps;
+    limits_ = flight_limits(setup);
   }
 
   Result<void> look() {
@@ -71,13 +67,10 @@ class Preflight {
       if (!slowest || *p.airspeed_mps < *slowest->airspeed_mps) slowest = &p;
       if (!fastest || *p.airspeed_mps > *fastest->airspeed_mps) fastest = &p;
     }
-    const Environment environment =
-        run_.file().flat_earth ? Environment::flat(run_.ground().frame().origin()) : Environment::wgs84();
     for (const auto& [item, pair] : extremes)
       for (const PlannedPoint* p : {pair.first, pair.second}) {
         if (p == pair.second && *pair.first->airspeed_mps == *pair.second->airspeed_mps) continue;
-        const auto place = geodesy::geodetic_from_ecef(ecef(*p));
-        const auto steady = trim(aerosonde(), {.airspeed_mps = *p->airspeed_mps}, environment, place);
+        const auto steady = level_pitch_rad(run_.file(), setup_, *p->airspeed_mps, ecef(*p));
         if (!steady) note(item, true, steady.error().message);
       }
   }

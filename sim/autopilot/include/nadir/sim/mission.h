@@ -66,7 +66,7 @@ struct PlannedPoint {
   double course_rad = 0;
   double curve_per_m = 0;  // to the right
   double slope = 0;        // climb per metre in plan
-  double length_m = 0;     // of the path that it stands for
+  double length_m = 0;     // of the path that it stands for; 0 on a circle that is flown for ever
   std::optional<double> airspeed_mps = {};
   std::size_t item = 0;  // that the path leads to there
 };

@@ -43,9 +43,10 @@ Result<FlightPlan> plan_mission(const RunFile& run, const std::string& name, con
                                const render::Surface& ground, std::span<const VehicleCamera> cameras);
 
 /// The greatest box, sides along and across the course, around the middle of what a camera sees of level ground
-/// `height_m` below the vehicle, in level flight with the nose `crab_rad` to the right of the course: metres forward
-/// and to the right. Empty where it sees the horizon. Error: a hundredth of its sides, none of an upright camera's.
-Eigen::AlignedBox2d seen_for_certain(const VehicleCamera& camera, double height_m, double crab_rad);
+/// `height_m` below the vehicle, in level flight with the nose `crab_rad` to the right of the course; less a fiftieth
+/// of the height on each side, for what attitude and place swing about in flight. Metres forward and to the right.
+/// Empty where it sees the horizon. Error: a hundredth of its sides, none of an upright camera's.
+Eigen::AlignedBox2d seen_for_certain(const VehicleCamera& camera, double height_m, double crab_rad, double pitch_rad);
 
 /// "run.yaml:17: 'vehicles.plane1.mission[2]': message".
 std::string mission_message(const RunFile& run, const MissionItemSetup& item, const std::string& message);
