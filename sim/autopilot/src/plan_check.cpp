@@ -50,7 +50,7 @@ std::string ground_message(const Worst& at) {
   return fmt::format("{} at north {:.0f} m, east {:.0f} m: raise it",
                      above_m > 0 ? fmt::format("comes within {:.1f} m of the ground", above_m)
                                  : fmt::format("leads {:.1f} m under the ground", -above_m),
-                     at.point.north_m, at.point.east_m);
+                     std::round(at.point.north_m) + 0.0, std::round(at.point.east_m) + 0.0);
 }
 std::string headway_message(const Worst& at) {
   return fmt::format(
