@@ -29,7 +29,8 @@ PathPoint start_of_the_square() {
 }
 
 std::unique_ptr<FlownVehicle> vehicle_of_the_square(const Scheme& scheme) {
-  const Waypoint corners[] = {{1000, 0, 0}, {1000, 1000, 20}, {0, 1000, 20}, {0, 5, 0}};
+  const MissionItem corners[] = {Waypoint{1000, 0, 0}, Waypoint{1000, 1000, 20}, Waypoint{0, 1000, 20},
+                                 Waypoint{0, 5, 0}};
   return fly_fixed_wing({.vehicle = aerosonde(),
                          .environment = Environment::wgs84(),
                          .scene = geodesy::LocalFrame(place),

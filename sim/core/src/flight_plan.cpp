@@ -289,7 +289,7 @@ Eigen::AlignedBox2d seen_for_certain(const VehicleCamera& camera, double height_
 }
 
 Result<FlightPlan> plan_mission(const RunFile& run, const std::string& name, const VehicleSetup& setup,
-                               const render::Surface& ground, std::span<const VehicleCamera> cameras) {
+                                const render::Surface& ground, std::span<const VehicleCamera> cameras) {
   return Planner(run, name, setup, ground, cameras).plan();
 }
 

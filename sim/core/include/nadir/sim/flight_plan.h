@@ -40,7 +40,7 @@ struct FlightPlan {
 /// flight in the wind of the place; random paths are by the run's seed, the vehicle's name and their place in the
 /// mission.
 Result<FlightPlan> plan_mission(const RunFile& run, const std::string& name, const VehicleSetup& setup,
-                               const render::Surface& ground, std::span<const VehicleCamera> cameras);
+                                const render::Surface& ground, std::span<const VehicleCamera> cameras);
 
 /// The greatest box, sides along and across the course, around the middle of what a camera sees of level ground
 /// `height_m` below the vehicle, in level flight with the nose `crab_rad` to the right of the course; less a fiftieth
