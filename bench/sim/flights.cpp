@@ -45,12 +45,13 @@ PathPoint start_of_the_square() {
 }
 
 std::unique_ptr<FlownVehicle> vehicle_of_the_square(const Scheme& scheme) {
-  const Waypoint corners[] = {{1000, 0, 0}, {1000, 1000, 20}, {0, 1000, 20}, {0, 5, 0}};
+  const MissionItem corners[] = {Waypoint{1000, 0, 0}, Waypoint{1000, 1000, 20}, Waypoint{0, 1000, 20},
+                                 Waypoint{0, 5, 0}};
   return vehicle(scheme, wind_ned_mps, Mission::create({0, 0, 0}, corners, 150, AfterMission::Repeat).value());
 }
 
 Flight aerosonde_in_a_circle() {
-  const Waypoint only{300, 0, 0};  // whose mission ends in a circle
+  const MissionItem only = Waypoint{300, 0, 0};  // whose mission ends in a circle
   return {Environment::wgs84(), start({}),
           vehicle({.method = Scheme::Method::DormandPrince}, Eigen::Vector3d::Zero(),
                   Mission::create({0, 0, 0}, {&only, 1}, 150, AfterMission::Circle).value())};

@@ -117,10 +117,10 @@ MissionErrors around_the_square(const Environment& environment, const Vector3d& 
   double t = 0;
   bool turned = false;
   loop.fly(
-      600, [&](const Navigation& now) { return follow(mission.path_at(now), now, PathGains{}); },
+      600, [&](const Navigation& now) { return follow(mission.piece_at(now, 0).path, now, PathGains{}); },
       [&](const Navigation& now) {
         t += steps_per_command * step_s;
-        const Path& path = mission.path_at(now);
+        const Path& path = mission.piece_at(now, 0).path;
         turned |= std::holds_alternative<CirclePath>(path);
         if (t < 30) return;
         const PathError error = path_error(path, now);
@@ -173,7 +173,7 @@ TEST(ClosedLoopMission, TheSameFlightGivesTheSameBits) {
     ClosedLoop loop(earth, 3000, Vector3d(3, -8, 0));
     Mission mission = square(loop.now().height_m, 150);
     loop.fly(
-        60, [&](const Navigation& now) { return follow(mission.path_at(now), now, PathGains{}); },
+        60, [&](const Navigation& now) { return follow(mission.piece_at(now, 0).path, now, PathGains{}); },
         [](const Navigation&) {});
     return to_vector(loop.state);
   };
@@ -184,9 +184,9 @@ TEST(ClosedLoopMission, TheSameFlightGivesTheSameBits) {
 TEST(ClosedLoopMission, EndsInACircleThatTouchesTheLastWaypoint) {
   ClosedLoop loop(earth, 3000, still_air);
   const double height_m = loop.now().height_m;
-  const Waypoint only{500, 0, height_m};
+  const MissionItem only = Waypoint{500, 0, height_m};
   Mission mission = Mission::create({0, 0, height_m}, {&only, 1}, 150).value();
-  const auto guide = [&](const Navigation& now) { return follow(mission.path_at(now), now, PathGains{}); };
+  const auto guide = [&](const Navigation& now) { return follow(mission.piece_at(now, 0).path, now, PathGains{}); };
   loop.fly(19, guide, [](const Navigation&) {});
   EXPECT_FALSE(mission.finished());
   loop.fly(30, guide, [](const Navigation&) {});

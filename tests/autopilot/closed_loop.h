@@ -67,8 +67,8 @@ class ClosedLoop {
 /// A square of 1 km, two of its corners 20 m higher than the others, flown clockwise for ever.
 inline Mission square(double height_m, double turn_radius_m) {
   const Waypoint start{0, 0, height_m};
-  const Waypoint corners[] = {
-      {1000, 0, height_m}, {1000, 1000, height_m + 20}, {0, 1000, height_m + 20}, {0, 0, height_m}};
+  const MissionItem corners[] = {Waypoint{1000, 0, height_m}, Waypoint{1000, 1000, height_m + 20},
+                                 Waypoint{0, 1000, height_m + 20}, Waypoint{0, 0, height_m}};
   return Mission::create(start, corners, turn_radius_m, AfterMission::Repeat).value();
 }
 

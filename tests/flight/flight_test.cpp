@@ -28,7 +28,7 @@ Result<Flight> square(const Scheme& scheme, double turbulence_mps = 7) {
   parts.sources.push_back(std::make_unique<SteadyWind>(Vector3d(3, -6, 0), Shear{}));
   if (turbulence_mps > 0) parts.turbulence = Turbulence(turbulence_mps, 2.9, RandomStream(5, "turbulence/p"));
   auto air = AirAlongPath::start(std::move(parts), geodesy::ecef_from_geodetic(place), {1, 0, 0}, 25).value();
-  const Waypoint corners[] = {{400, 0, 0}, {400, 400, 20}, {0, 400, 0}, {0, 5, 0}};
+  const MissionItem corners[] = {Waypoint{400, 0, 0}, Waypoint{400, 400, 20}, Waypoint{0, 400, 0}, Waypoint{0, 5, 0}};
   auto vehicle = fly_fixed_wing({.vehicle = aerosonde(),
                                  .environment = earth,
                                  .scene = scene,

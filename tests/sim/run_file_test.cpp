@@ -104,11 +104,13 @@ TEST_F(RunFileText, EveryKeyArrivesWhereItBelongs) {
 
   ASSERT_EQ(run.vehicles.size(), 2u);
   const VehicleSetup& plane = run.vehicles[0].second;
-  EXPECT_EQ(plane.start.east_m, -5.5);
+  EXPECT_EQ(plane.start.place.east_m, -5.5);
   EXPECT_EQ(plane.airspeed_mps, 27.5);
   ASSERT_EQ(plane.mission.size(), 2u);
-  EXPECT_EQ(plane.mission[1].height.value_m, 2900) << "a waypoint without height keeps the last one's";
-  EXPECT_EQ(plane.mission[1].height.datum, HeightDatum::Msl);
+  const auto& second = std::get<WaypointSetup>(plane.mission[1].what);
+  EXPECT_EQ(second.height.value_m, 2900) << "a waypoint without height keeps the last one's";
+  EXPECT_EQ(second.height.datum, HeightDatum::Msl);
+  EXPECT_EQ(plane.mission[1].line, 17);
   EXPECT_TRUE(plane.repeat_mission);
   EXPECT_EQ(plane.trajectory_tolerance_m, 1e-4);
   EXPECT_EQ(plane.integration, (Scheme{.method = Scheme::Method::DormandPrince, .tightness = 0.1}));
@@ -189,7 +191,7 @@ TEST_F(RunFileText, WrittenBackAndReadAgainNothingChanges) {
     for (std::size_t i = 0; i < first.vehicles.size(); ++i) {
       const VehicleSetup &a = first.vehicles[i].second, &b = second->vehicles[i].second;
       EXPECT_EQ(b.start.height.value_m, a.start.height.value_m) << "to the last digit";
-      EXPECT_EQ(b.start.north_m, a.start.north_m);
+      EXPECT_EQ(b.start.place.north_m, a.start.place.north_m);
       EXPECT_EQ(b.yaw_deg, a.yaw_deg);
       EXPECT_EQ(b.mission.size(), a.mission.size());
       ASSERT_EQ(b.sensors.size(), a.sensors.size());
@@ -402,6 +404,125 @@ TEST_F(RunFileText, EveryFaultOfTheAirIsToldWithItsLine) {
       of("duration_s: 1", "environment: {earth: flat}\nduration_s: 1"),
       "run.yaml:12: 'air.atmosphere': has no effect over a flat Earth, whose density is constant: leave one of them "
       "out");
+}
+
+constexpr const char* mission_run = R"(duration_s: 1
+scene: {layers: {eo: {map: m.tif}}}
+vehicles:
+  p:
+    start: {lat_deg: 38.1, lon_deg: -0.76, height: 100 agl, yaw_deg: 30}
+    turn_radius_m: 120
+    mission:
+      - {lat_deg: 38.11, lon_deg: -0.77, course_deg: 45, turn_radius_m: 90, airspeed_mps: 28}
+      - orbit: {north_m: 10, east_m: 20, height: 150 msl, radius_m: 200, direction: left, turns: 2.5, airspeed_mps: 22}
+      - survey:
+          polygon: [{north_m: 0, east_m: 0}, {north_m: 900, east_m: 0}, {lat_deg: 38.12, lon_deg: -0.75}]
+          height: 200 agl
+          sensor: cam
+          forward_overlap: 0.75
+          side_overlap: 0.2
+          heading_deg: 70
+          lead_in_m: 50
+          lead_out_m: 25
+      - random:
+          circle: {north_m: 0, east_m: 0, radius_m: 900}
+          heights: [120 agl, 180 agl]
+          turn_radius_m: [120, 240]
+          airspeed_mps: [23, 27]
+          max_slope: 0.05
+          margin_m: 30
+          length_m: 5000
+      - random: {rectangle: {north_m: 0, east_m: 0, length_m: 3000, width_m: 1500, heading_deg: 20}}
+      - orbit: {north_m: 0, east_m: 0, radius_m: 150, duration_s: 30}
+    sensors:
+      cam: {layer: eo, camera: c.yaml, rate_hz: survey}
+)";
+
+TEST_F(RunFileText, MissionsArriveWhereTheyBelongAndComeBackWhenWritten) {
+  const RunFile run = read(mission_run).value();
+  const test::TemporaryFolder elsewhere;
+  const RunFile replay = read_run_file(elsewhere.write("replay.yaml", to_yaml(run))).value();
+  EXPECT_EQ(to_yaml(replay), to_yaml(run));
+  for (const VehicleSetup& p : {run.vehicles[0].second, replay.vehicles[0].second}) {
+    EXPECT_EQ(p.start.place.geodetic->lat_deg, 38.1);
+    EXPECT_TRUE(p.sensors[0].second.rate_of_survey);
+    ASSERT_EQ(p.mission.size(), 6u);
+    const auto& waypoint = std::get<WaypointSetup>(p.mission[0].what);
+    EXPECT_EQ(waypoint.place.geodetic->lon_deg, -0.77);
+    EXPECT_EQ(waypoint.course_deg, 45);
+    EXPECT_EQ(waypoint.turn_radius_m, 90);
+    EXPECT_EQ(waypoint.airspeed_mps, 28);
+    EXPECT_EQ(waypoint.height.value_m, 100) << "the start's";
+    const auto& orbit = std::get<OrbitSetup>(p.mission[1].what);
+    EXPECT_EQ(orbit.center.east_m, 20);
+    EXPECT_EQ(orbit.height.datum, HeightDatum::Msl);
+    EXPECT_FALSE(orbit.clockwise || orbit.duration_s);
+    EXPECT_EQ(orbit.turns, 2.5);
+    const auto& survey = std::get<SurveySetup>(p.mission[2].what);
+    const auto& corners = std::get<std::vector<PlaceSetup>>(survey.area);
+    ASSERT_EQ(corners.size(), 3u);
+    EXPECT_EQ(corners[1].north_m, 900);
+    EXPECT_EQ(corners[2].geodetic->lat_deg, 38.12);
+    EXPECT_EQ(survey.sensor, "cam");
+    EXPECT_EQ(survey.forward_overlap, 0.75);
+    EXPECT_EQ(survey.heading_deg, 70);
+    EXPECT_EQ(survey.lead_out_m, 25);
+    const auto& random = std::get<RandomPathSetup>(p.mission[3].what);
+    EXPECT_EQ(std::get<DiscSetup>(random.area).radius_m, 900);
+    EXPECT_EQ(random.heights.second.value_m, 180);
+    EXPECT_EQ(random.turn_radius_m, std::pair(120.0, 240.0));
+    EXPECT_EQ(random.airspeed_mps, std::pair(23.0, 27.0));
+    EXPECT_EQ(random.length_m, 5000);
+    const auto& plain = std::get<RandomPathSetup>(p.mission[4].what);
+    EXPECT_EQ(std::get<RectangleSetup>(plain.area).heading_deg, 20);
+    EXPECT_EQ(plain.heights.first.value_m, 120) << "the height before it";
+    EXPECT_EQ(plain.turn_radius_m, std::pair(120.0, 120.0)) << "the vehicle's";
+    EXPECT_EQ(std::get<OrbitSetup>(p.mission[5].what).duration_s, 30);
+  }
+}
+
+TEST_F(RunFileText, EveryFaultOfAMissionIsToldWithItsLine) {
+  std::string text = mission_run;
+  for (const auto& [what, with] : {std::pair("lat_deg: 38.11,", "north_m: 3,"),
+                                   {"radius_m: 200, direction: left, turns: 2.5", "direction: up, turns: -1"},
+                                   {"{lat_deg: 38.12, lon_deg: -0.75}", "{lat_deg: 98.12, lon_deg: -0.75}"},
+                                   {"sensor: cam", "sensor: cma"},
+                                   {"forward_overlap: 0.75", "forward_overlap: 75"},
+                                   {"heights: [120 agl, 180 agl]", "heights: [120 agl]"},
+                                   {"turn_radius_m: [120, 240]", "turn_radius_m: [240, 120]"},
+                                   {"length_m: 3000, width_m: 1500", "lenght_m: 3000, width_m: 1500"},
+                                   {"duration_s: 30}", "duration_s: 30, turns: 1}"},
+                                   {"rate_hz: survey", "rate_hz: survye"}})
+    text = replaced(text, what, with);
+  const std::string said = message(text);
+  for (const char* part :
+       {"run.yaml:8: expected the key 'vehicles.p.mission[0].lat_deg'",
+        "run.yaml:8: 'vehicles.p.mission[0].north_m': expected none beside lat_deg and lon_deg",
+        "run.yaml:9: expected the key 'vehicles.p.mission[1].orbit.radius_m'",
+        "run.yaml:9: 'vehicles.p.mission[1].orbit.direction': expected right (clockwise) or left, found 'up'",
+        "run.yaml:9: 'vehicles.p.mission[1].orbit.turns': expected a positive number, found -1",
+        "run.yaml:11: 'vehicles.p.mission[2].survey.polygon[2].lat_deg': expected a number from -90 to 90",
+        "run.yaml:13: 'vehicles.p.mission[2].survey.sensor': no sensor 'cma' of the vehicle; did you mean 'cam'?",
+        "run.yaml:14: 'vehicles.p.mission[2].survey.forward_overlap': expected a number from 0 to 0.95, found 75",
+        "run.yaml:21: 'vehicles.p.mission[3].random.heights': expected two such as [100 agl, 250 agl]",
+        "run.yaml:22: 'vehicles.p.mission[3].random.turn_radius_m': expected two rising numbers above 0",
+        "run.yaml:27: expected the key 'vehicles.p.mission[4].random.rectangle.length_m'",
+        "run.yaml:27: unknown key 'vehicles.p.mission[4].random.rectangle.lenght_m'; did you mean 'length_m'?",
+        "run.yaml:28: 'vehicles.p.mission[5].orbit.turns': expected it or duration_s, found both",
+        "run.yaml:30: 'vehicles.p.sensors.cam.rate_hz': 'survye': expected a rate"})
+    EXPECT_NE(said.find(part), std::string::npos) << part << "\nin\n" << said;
+  EXPECT_EQ(std::count(said.begin(), said.end(), '\n'), 13) << "one line each:\n" << said;
+
+  const auto of = [&](const std::string& what, const std::string& with) {
+    return message(replaced(mission_run, what, with));
+  };
+  EXPECT_NE(of("sensor: cam", "sensor: other").find("no survey of the mission names it"), std::string::npos);
+  EXPECT_NE(of("circle: {north_m: 0, east_m: 0, radius_m: 900}", "height: 100")
+                .find("expected the key "
+                      "'vehicles.p.mission[3].random.polygon'"),
+            std::string::npos);
+  EXPECT_NE(of("          height: 200 agl", "          circle: {radius_m: 9}").find("expected one area, found several"),
+            std::string::npos);
 }
 
 TEST_F(RunFileText, CutAtAnyByteItIsReadOrRefused) {

@@ -153,7 +153,8 @@ TEST_F(FlownRun, WhatCannotFlyIsSaidBeforeTheFirstStep) {
     return run ? std::string("accepted") : run.error().message;
   };
   EXPECT_NE(said(plane("p", "", "height: 500 agl, airspeed_mps: 60")).find("vehicle p: "), std::string::npos);
-  EXPECT_NE(said("  p: {start: {height: 500 agl}, mission: [{north_m: 0, east_m: 0}]}\n").find("vehicle p: "),
+  EXPECT_NE(said("  p: {start: {height: 500 agl}, mission: [{north_m: 0, east_m: 0}]}\n")
+                .find("'vehicles.p.mission[0]': is less than 1 m"),
             std::string::npos)
       << "a leg of no length";
   EXPECT_NE(said(plane("p", "      cam: {layer: eo, camera: gone.yaml, rate_hz: 1}\n")).find("gone.yaml"),

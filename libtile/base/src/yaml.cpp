@@ -71,6 +71,9 @@ void YamlMap::require(std::string_view key) const {
   if (!has(key)) file_->faults.emplace_back(node_->line(), fmt::format("expected the key '{}'", node_->name(key)));
 }
 
+int YamlMap::line() const { return node_->line(); }
+const std::string& YamlMap::name() const { return node_->path; }
+
 void YamlMap::fault(std::string_view key, const std::string& message) const {
   file_->faults.emplace_back(node_->line(key), fmt::format("'{}': {}", node_->name(key), message));
 }

@@ -4,11 +4,13 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "command.h"
 #include "nadir/base/text.h"
 #include "nadir/render/truth_planes.h"
+#include "nadir/sim/preflight.h"
 #include "nadir/sim/rehearsal.h"
 #include "nadir/sim/run.h"
 
@@ -18,7 +20,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 struct Finding {
-  enum class Kind { Good, Note, Warning };
+  enum class Kind { Good, Note, Warning, Impossible };
   Kind kind;
   std::string text;
 };
@@ -109,6 +111,28 @@ class Doctor {
     return {};
   }
 
+  /// Whether it can be flown as planned.
+  Result<bool> look_at_plans(const sim::Run& run) {
+    const auto findings = sim::preflight(run);
+    if (!findings) return fail(findings);
+    bool possible = true;
+    for (const sim::PreflightFinding& f : *findings) {
+      note(f.impossible ? Finding::Kind::Impossible : Finding::Kind::Warning, f.message);
+      possible = possible && !f.impossible;
+    }
+    for (const sim::PreparedVehicle& vehicle : run.vehicles())
+      if (vehicle.plan)
+        for (const sim::PlannedSurvey& s : vehicle.plan->surveys)
+          note(Finding::Kind::Good,
+               fmt::format(
+                   "{}: surveys in {} lines {:.1f} m apart towards {:.0f} degrees, at {:.3f} Hz for an exposure "
+                   "every {:.1f} m; each point is seen at least {} times",
+                   vehicle.name, s.lines, s.line_spacing_m, std::fmod(geodesy::to_degrees(s.heading_rad) + 360, 360),
+                   s.rate_hz, s.exposure_spacing_m, s.seen_at_least));
+    if (findings->empty()) note(Finding::Kind::Good, "missions: can be flown as planned");
+    return possible;
+  }
+
   void look_at_whole(const sim::Run& run, std::uint64_t cache_bytes, double flight_s) {
     const double duration_s = static_cast<double>(run.file().duration_ns) * 1e-9;
     note(Finding::Kind::Good, fmt::format("flying {} s without rendering took {:.2f} s; rendering adds about {:.0f} s, "
@@ -127,11 +151,12 @@ class Doctor {
   }
 
   void print(bool json) const {
-    static constexpr const char *marks[] = {"ok  ", "note", "WARN"}, *names[] = {"good", "note", "warning"};
+    static constexpr const char *marks[] = {"ok  ", "note", "WARN", "FAIL"},
+                                *names[] = {"good", "note", "warning", "impossible"};
     bool warned = false;
     Json list = Json::array();
     for (const Finding& f : findings_) {
-      warned = warned || f.kind == Finding::Kind::Warning;
+      warned = warned || f.kind >= Finding::Kind::Warning;
       if (json)
         list.push_back({{"kind", names[static_cast<int>(f.kind)]}, {"text", f.text}});
       else
@@ -167,6 +192,13 @@ Result<void> run(const std::string& path, const std::string& cache, bool json) {
               fmt::format("ground: {} {:.1f} m above the WGS-84 ellipsoid, {}, at {:.6f}, {:.6f}",
                           run->ground().plane() ? "a plane" : "the curved Earth", run->ground().height_m(), datum,
                           geodesy::to_degrees(origin.lat_rad), geodesy::to_degrees(origin.lon_rad)));
+
+  const auto possible = doctor.look_at_plans(*run);
+  if (!possible) return fail(possible);
+  if (!*possible) {
+    doctor.print(json);
+    return fail(Error::Kind::Malformed, "cannot be flown as planned");
+  }
 
   render::Renderer renderer({.cache_bytes = *cache_bytes});
   sim::Rehearsal rehearsal(*run, most_looked_at);

@@ -18,6 +18,7 @@
 #include "nadir/record/telemetry.h"
 #include "nadir/record/time_budget_record.h"
 #include "nadir/sim/monte_carlo.h"
+#include "nadir/sim/preflight.h"
 #include "nadir/sim/run.h"
 #include "tell_time_budget.h"
 
@@ -147,6 +148,16 @@ Result<void> run_many(const FlyArguments& arguments) {
   return {};
 }
 
+/// Doubtful findings are told, impossible ones are the error.
+Result<void> look_before_flight(const sim::Run& run) {
+  const auto findings = sim::preflight(run);
+  if (!findings) return fail(findings);
+  const std::string doubtful = sim::preflight_text(*findings, false), impossible = sim::preflight_text(*findings, true);
+  if (!doubtful.empty()) fmt::print(stderr, "nadir fly: before the flight:\n{}\n", doubtful);
+  if (!impossible.empty()) return fail(Error::Kind::Malformed, "cannot be flown:\n" + impossible);
+  return {};
+}
+
 Result<void> run(const FlyArguments& arguments) {
   const auto cache_bytes = parse_bytes(arguments.cache);
   if (!cache_bytes) return fail(cache_bytes.error().kind, "--cache: " + cache_bytes.error().message);
@@ -154,6 +165,7 @@ Result<void> run(const FlyArguments& arguments) {
   if (!file) return fail(file);
   auto run = sim::Run::prepare(*file);
   if (!run) return fail(run);
+  if (auto ok = look_before_flight(*run); !ok) return ok;
   const bool frames = !arguments.dry_run && file->record_frames;
 
   if (auto ok = record::clear_dataset(arguments.folder, arguments.force); !ok) return ok;

@@ -67,8 +67,8 @@ double Autopilot::pitch_command(double climb_rad, const Navigation& now, double 
   return symmetric_clamp(base + climb_integral_rad_, gains_.max_pitch_rad);
 }
 
-double Autopilot::throttle_command(double climb_rad, const Navigation& now, double dt_s) {
-  const double error_mps = ff_.level.target.airspeed_mps - now.airspeed_mps;
+double Autopilot::throttle_command(const Guidance& guidance, double climb_rad, const Navigation& now, double dt_s) {
+  const double error_mps = guidance.airspeed_mps.value_or(ff_.level.target.airspeed_mps) - now.airspeed_mps;
   const double base = ff_.level.controls.throttle + ff_.throttle_per_climb * climb_rad + gains_.airspeed_kp * error_mps;
   airspeed_integral_ =
       integrated(airspeed_integral_, gains_.airspeed_ki * error_mps * dt_s, base + airspeed_integral_, 0, 1);
@@ -98,7 +98,7 @@ Controls Autopilot::step(const Guidance& guidance, const Navigation& now, double
   out.surfaces.rudder_rad = level.rudder_rad + gains_.yaw_damper * (now.rates_radps.z() - yaw_rate);
   for (double* surface : {&out.surfaces.aileron_rad, &out.surfaces.elevator_rad, &out.surfaces.rudder_rad})
     *surface = symmetric_clamp(*surface, gains_.max_surface_rad);
-  out.throttle = throttle_command(climb_rad, now, dt_s);
+  out.throttle = throttle_command(guidance, climb_rad, now, dt_s);
   return out;
 }
 

@@ -2,118 +2,122 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <numbers>
+
+#include "mission_layout.h"
 
 namespace nadir::sim {
 namespace {
 using Eigen::Vector2d;
+constexpr double pi = std::numbers::pi;
 
-Vector2d plan(const Waypoint& w) { return {w.north_m, w.east_m}; }
-double bearing_rad(const Vector2d& v) { return std::atan2(v.y(), v.x()); }
+double sense_of(const CirclePath& circle) { return circle.clockwise ? 1 : -1; }
 
-/// An arc that touches two legs, as far from their corner as `cut_m`.
-struct Fillet {
-  CirclePath arc;
-  double cut_m = 0;
-};
-
-/// The fillet between the legs a-b and b-c; without radius where the course changes by less than a thousandth of a
-/// radian, by more than 165 degrees, or where half a leg is too short for it.
-Fillet fillet_between(const Waypoint& a, const Waypoint& b, const Waypoint& c, double radius_m) {
-  const Vector2d in = plan(b) - plan(a), out = plan(c) - plan(b);
-  const Vector2d u = in.normalized(), v = out.normalized();
-  const double cross = u.x() * v.y() - u.y() * v.x(), dot = u.dot(v);
-  const double turn = std::atan2(std::abs(cross), dot);
-  if (turn < 1e-3 || turn > 165 * (std::numbers::pi / 180)) return {};
-
-  Fillet fillet;
-  fillet.cut_m = radius_m * std::tan(turn / 2);
-  if (fillet.cut_m > 0.5 * std::min(in.norm(), out.norm())) return {};
-  const double sense = cross > 0 ? 1 : -1;
-  const Vector2d entry = plan(b) - fillet.cut_m * u;
-  const Vector2d right(-u.y(), u.x());
-  fillet.arc.center = entry + sense * radius_m * right;
-  fillet.arc.radius_m = radius_m;
-  fillet.arc.clockwise = sense > 0;
-  fillet.arc.from_rad = bearing_rad(entry - fillet.arc.center);
-  fillet.arc.sweep_rad = turn;
-  fillet.arc.from_height_m = b.height_m - (b.height_m - a.height_m) * fillet.cut_m / in.norm();
-  fillet.arc.to_height_m = b.height_m + (c.height_m - b.height_m) * fillet.cut_m / out.norm();
-  return fillet;
-}
-
-bool finite(const Waypoint& w) {
-  return std::isfinite(w.north_m) && std::isfinite(w.east_m) && std::isfinite(w.height_m);
+/// A place on a piece, `metres` after its beginning.
+PlannedPoint point_at(const MissionPiece& piece, double metres) {
+  PlannedPoint point;
+  if (const auto* line = std::get_if<StraightPath>(&piece.path)) {
+    const Vector2d whole = line->to - line->from, along = whole.normalized();
+    const Vector2d p = piece.begin + metres * along;
+    point.north_m = p.x(), point.east_m = p.y();
+    point.course_rad = std::atan2(along.y(), along.x());
+    point.slope = (line->to_height_m - line->from_height_m) / whole.norm();
+    point.height_m = line->from_height_m + point.slope * (p - line->from).dot(along);
+  } else {
+    const auto& circle = std::get<CirclePath>(piece.path);
+    const double turned = metres / circle.radius_m, bearing = circle.from_rad + sense_of(circle) * turned;
+    point.north_m = circle.center.x() + circle.radius_m * std::cos(bearing);
+    point.east_m = circle.center.y() + circle.radius_m * std::sin(bearing);
+    point.course_rad = bearing + sense_of(circle) * (pi / 2);
+    point.curve_per_m = sense_of(circle) / circle.radius_m;
+    const double climb_m = circle.to_height_m - circle.from_height_m;
+    point.height_m = circle.to_height_m;
+    if (turned < circle.sweep_rad) {
+      point.height_m = circle.from_height_m + climb_m * turned / circle.sweep_rad;
+      point.slope = climb_m / (circle.radius_m * circle.sweep_rad);
+    }
+  }
+  point.airspeed_mps = piece.airspeed_mps;
+  point.item = piece.item;
+  return point;
 }
 
 }  // namespace
 
-Result<Mission> Mission::create(const Waypoint& start, std::span<const Waypoint> waypoints, double turn_radius_m,
-                                AfterMission after) {
-  // The corners in the order of the flight. One that repeats closes its round and goes on towards the second waypoint,
-  // so that the corner at the first one is known for later rounds too.
-  std::vector<Waypoint> corners{start};
-  corners.insert(corners.end(), waypoints.begin(), waypoints.end());
-  if (waypoints.empty()) return fail(Error::Kind::Malformed, "mission: expected at least one waypoint, found none");
-  if (!(turn_radius_m > 0))
-    return fail(Error::Kind::Malformed,
-                fmt::format("mission: expected a turn radius above 0, found {} m", turn_radius_m));
-  const bool repeats = after == AfterMission::Repeat;
-  if (repeats) {
-    if (waypoints.size() < 2)
-      return fail(Error::Kind::Malformed, "mission: expected at least two waypoints to repeat, found one");
-    corners.push_back(waypoints[0]);
-    corners.push_back(waypoints[1]);
-  }
-  for (std::size_t i = 0; i < corners.size(); ++i) {
-    const auto name = [&](std::size_t k) {
-      return k == 0 ? std::string("the start") : fmt::format("waypoint {}", (k - 1) % waypoints.size() + 1);
-    };
-    if (!finite(corners[i]))
-      return fail(Error::Kind::Malformed, fmt::format("mission: {}: a coordinate is not a finite number", name(i)));
-    if (i > 0 && !((plan(corners[i]) - plan(corners[i - 1])).norm() >= 1))
-      return fail(Error::Kind::Malformed,
-                  fmt::format("mission: {} and {} are less than 1 m apart in plan", name(i - 1), name(i)));
-  }
+double MissionPiece::length_m() const {
+  if (const auto* circle = std::get_if<CirclePath>(&path)) return circle->radius_m * turn_rad;
+  return (end - begin).norm();
+}
 
-  // Lay the path: each leg up to its fillet, then the fillet.
+std::vector<MissionFault> Mission::faults(const Waypoint& start, std::span<const MissionItem> items,
+                                          double turn_radius_m, AfterMission after) {
+  return lay_out(start, items, turn_radius_m, after).faults;
+}
+
+Result<Mission> Mission::create(const Waypoint& start, std::span<const MissionItem> items, double turn_radius_m,
+                                AfterMission after) {
+  MissionLayout layout = lay_out(start, items, turn_radius_m, after);
+  if (!layout.faults.empty()) {
+    std::string message;
+    for (const MissionFault& f : layout.faults)
+      message += fmt::format("{}mission: {}{}", message.empty() ? "" : "\n",
+                             f.item ? fmt::format("waypoint {}: ", *f.item + 1) : "", f.message);
+    return fail(Error::Kind::Malformed, message);
+  }
   Mission mission;
-  mission.repeats_ = repeats;
-  const std::size_t legs = repeats ? corners.size() - 2 : corners.size() - 1;
-  for (std::size_t i = 0; i < legs; ++i) {
-    const Waypoint &a = corners[i], &b = corners[i + 1];
-    const Vector2d along = (plan(b) - plan(a)).normalized();
-    const Fillet fillet = i + 2 < corners.size() ? fillet_between(a, b, corners[i + 2], turn_radius_m) : Fillet{};
-    if (repeats && i == 1) mission.again_ = mission.pieces_.size();
-    mission.pieces_.push_back(
-        {StraightPath{plan(a), plan(b), a.height_m, b.height_m}, plan(b) - fillet.cut_m * along, along});
-    if (fillet.cut_m > 0) {
-      const Vector2d next = (plan(corners[i + 2]) - plan(b)).normalized();
-      mission.pieces_.push_back({fillet.arc, plan(b) + fillet.cut_m * next, next});
-    }
-  }
-  if (!repeats) {
-    const Waypoint &last = corners.back(), &before = corners[corners.size() - 2];
-    const Vector2d along = (plan(last) - plan(before)).normalized(), right(-along.y(), along.x());
-    CirclePath circle;
-    circle.center = plan(last) + turn_radius_m * right;
-    circle.radius_m = turn_radius_m;
-    circle.from_height_m = circle.to_height_m = last.height_m;
-    mission.pieces_.push_back({circle, plan(last), along});
-  }
+  mission.pieces_ = std::move(layout.pieces);
+  mission.repeats_ = after == AfterMission::Repeat;
+  mission.again_ = layout.again;
   return mission;
 }
 
-const Path& Mission::path_at(const Navigation& now) {
+bool Mission::passed(const MissionPiece& piece, const Navigation& now, double time_s) {
   const Vector2d here(now.north_m, now.east_m);
-  // At most one round: pieces end in turn, and a vehicle that is not finite passes nothing.
-  for (std::size_t passed = 0; passed < pieces_.size() && !finished(); ++passed) {
-    const Piece& piece = pieces_[current_];
-    if (!((here - piece.end).dot(piece.onwards) >= 0)) break;
-    current_ = current_ + 1 < pieces_.size() ? current_ + 1 : again_;
+  if (const auto* line = std::get_if<StraightPath>(&piece.path))
+    return (here - piece.end).dot(line->to - line->from) >= 0;
+  if (!here.allFinite()) return false;
+
+  // How far round: from the piece's beginning, and then in small steps, so that whole rounds count
+  const auto& circle = std::get<CirclePath>(piece.path);
+  const double bearing = std::atan2(here.y() - circle.center.y(), here.x() - circle.center.x());
+  if (!round_) round_ = {circle.from_rad, 0, time_s};
+  round_->turned_rad += std::remainder(sense_of(circle) * (bearing - round_->bearing_rad), 2 * pi);
+  round_->bearing_rad = bearing;
+  if (!piece.leaves) return false;
+  if (!piece.seconds) return round_->turned_rad >= piece.turn_rad;
+  if (time_s - round_->since_s < *piece.seconds) return false;
+  if (std::isinf(round_->to_turn_rad)) {  // time is up: on to where it is left
+    const double rounds = std::ceil((round_->turned_rad - piece.turn_rad) / (2 * pi));
+    round_->to_turn_rad = piece.turn_rad + 2 * pi * rounds;
   }
-  return pieces_[current_].path;
+  return round_->turned_rad >= round_->to_turn_rad;
+}
+
+const MissionPiece& Mission::piece_at(const Navigation& now, double time_s) {
+  // At most one round: pieces end in turn, and a vehicle that is not finite passes nothing.
+  for (std::size_t n = 0; n < pieces_.size() && !finished() && passed(pieces_[current_], now, time_s); ++n) {
+    current_ = current_ + 1 < pieces_.size() ? current_ + 1 : again_;
+    round_.reset();
+  }
+  return pieces_[current_];
+}
+
+std::vector<PlannedPoint> planned_points(const Mission& mission, double spacing_m) {
+  assert(spacing_m > 0);
+  std::vector<PlannedPoint> points;
+  for (const MissionPiece& piece : mission.pieces()) {
+    const double length = piece.length_m();
+    const auto steps = static_cast<std::size_t>(std::ceil(std::max(length / spacing_m, 1.0)));
+    for (std::size_t i = 0; i <= steps; ++i) {
+      PlannedPoint point = point_at(piece, length * static_cast<double>(i) / static_cast<double>(steps));
+      point.length_m = piece.leaves ? length / static_cast<double>(steps + 1) : 0;
+      points.push_back(point);
+    }
+  }
+  return points;
 }
 
 }  // namespace nadir::sim

@@ -41,7 +41,8 @@ Guidance follow_straight(const StraightPath& line, const Navigation& now, const 
   return {.course_rad = along_rad - gains.approach_rad * (2 / pi) * std::atan(gains.line_per_m * right_m),
           .roll_rad = 0,
           .height_m = straight_height_m(line, now),
-          .climb_rate_mps = slope * now.ground_speed_mps * std::cos(now.course_rad - along_rad)};
+          .climb_rate_mps = slope * now.ground_speed_mps * std::cos(now.course_rad - along_rad),
+          .airspeed_mps = {}};
 }
 
 Guidance follow_circle(const CirclePath& circle, const Navigation& now, const PathGains& gains) {
@@ -66,6 +67,12 @@ Guidance follow_circle(const CirclePath& circle, const Navigation& now, const Pa
 }
 
 }  // namespace
+
+double length_m(const Path& path) {
+  if (const auto* line = std::get_if<StraightPath>(&path)) return (line->to - line->from).norm();
+  const auto& circle = std::get<CirclePath>(path);
+  return circle.radius_m * circle.sweep_rad;
+}
 
 Guidance follow(const Path& path, const Navigation& now, const PathGains& gains) {
   if (const auto* line = std::get_if<StraightPath>(&path)) return follow_straight(*line, now, gains);

@@ -5,6 +5,7 @@
 #include <cassert>
 #include <cmath>
 
+#include "flight_air.h"
 #include "nadir/sim/air_along_path.h"
 #include "nadir/sim/flown_fixed_wing.h"
 #include "nadir/sim/plan_flight.h"
@@ -87,49 +88,6 @@ class RecordedPoses final : public PoseSource {
   mutable std::size_t at_ = 0;  // times never fall
 };
 
-/// Height above the tangent plane at the scene origin of a typed height. `msl` and `ellipsoid` are taken at the origin.
-Result<double> height_in_scene_m(const TypedHeight& height, const render::Surface& ground) {
-  const Geodetic& origin = ground.frame().origin();
-  const auto ellipsoidal_m = ellipsoidal_height_m(height, origin.lat_rad, origin.lon_rad, ground.height_m());
-  if (!ellipsoidal_m) return ellipsoidal_m;
-  return *ellipsoidal_m - origin.height_m;
-}
-
-Result<Waypoint> in_scene(const WaypointSetup& setup, const render::Surface& ground) {
-  const auto height_m = height_in_scene_m(setup.height, ground);
-  if (!height_m) return fail(height_m);
-  return Waypoint{setup.north_m, setup.east_m, *height_m};
-}
-
-/// Of a place, along the normal of the ground.
-double height_above_ground_m(const render::Surface& ground, const Point<frame::Ecef>& place) {
-  if (ground.plane()) return (ground.frame().enu_from_ecef() * place).xyz.z() - ground.up_m();
-  return geodetic_from_ecef(place).height_m - ground.height_m();
-}
-
-/// What moves the air around one vehicle. Its turbulence is its own, by its name.
-Result<AirParts> make_air(const RunFile& run, const std::string& name, double span_m, const render::Surface& ground) {
-  const AirSetup& air = run.air;
-  AirParts parts;
-  parts.height_above_ground_m = [ground](const Point<frame::Ecef>& place) {
-    return height_above_ground_m(ground, place);
-  };
-  parts.sources.push_back(std::make_unique<SteadyWind>(
-      wind_towards_ned_mps(to_radians(air.wind_from_deg), air.wind_speed_mps, air.wind_up_mps), air.shear));
-  if (air.field) {
-    auto map = tile::Map::open(run.resolve(air.field->map).string());
-    if (!map) return fail(map.error().kind, fmt::format("air.field: {}", map.error().message));
-    auto wind = MapWind::create(std::move(*map), air.field->bands, air.field->outside);
-    if (!wind) return fail(wind.error().kind, fmt::format("air.field: {}", wind.error().message));
-    parts.sources.push_back(std::make_unique<MapWind>(std::move(*wind)));
-  }
-  parts.gusts = air.gusts;
-  if (air.turbulence)
-    parts.turbulence =
-        Turbulence(air.turbulence->wind_at_20ft_mps(), span_m, RandomStream(run.seed, "turbulence/" + name));
-  return parts;
-}
-
 /// How the motion is stepped: as told, else the cheapest way within the tolerance.
 Result<MotionPlan> motion_plan(const MakeFlight& make, const VehicleSetup& setup, std::int64_t duration_ns) {
   if (setup.integration) return MotionPlan{*setup.integration, "as the run file says"};
@@ -143,16 +101,11 @@ Result<MotionPlan> motion_plan(const MakeFlight& make, const VehicleSetup& setup
 }  // namespace
 
 Result<std::unique_ptr<PoseSource>> make_flight(const RunFile& run, const std::string& name, const VehicleSetup& setup,
-                                                const render::Surface& ground) {
+                                                const FlightPlan& plan, const render::Surface& ground) {
   const FixedWing vehicle = aerosonde();
-  const auto start = in_scene(setup.start, ground);
-  if (!start) return fail(start);
-  if (start->height_m <= ground.up_m())
-    return fail(Error::Kind::Malformed, fmt::format("start: expected a height above the ground, found {:.1f} m over it",
-                                                    start->height_m - ground.up_m()));
   const LocalFrame& scene = ground.frame();
-  const Geodetic place =
-      geodetic_from_ecef(scene.ecef_from_enu() * Point<frame::Enu>{{start->east_m, start->north_m, start->height_m}});
+  const Geodetic place = geodetic_from_ecef(
+      scene.ecef_from_enu() * Point<frame::Enu>{{plan.start.east_m, plan.start.north_m, plan.start.height_m}});
 
   double sea_level_m = 0;
   if (!run.flat_earth) {
@@ -162,22 +115,7 @@ Result<std::unique_ptr<PoseSource>> make_flight(const RunFile& run, const std::s
   }
   const Environment environment = run.flat_earth ? Environment::flat(scene.origin())
                                                  : Environment::wgs84(sea_level_m, Atmosphere(run.air.atmosphere));
-  std::vector<Waypoint> waypoints;
-  for (const WaypointSetup& point : setup.mission) {
-    const auto waypoint = in_scene(point, ground);
-    if (!waypoint) return fail(waypoint);
-    waypoints.push_back(*waypoint);
-  }
   const double yaw_rad = to_radians(setup.yaw_deg);
-  if (waypoints.empty()) {  // straight on, farther than the run lasts
-    const double reach_m = (setup.airspeed_mps + 100) * (static_cast<double>(run.duration_ns) * 1e-9 + 10);
-    waypoints.push_back(
-        {start->north_m + reach_m * std::cos(yaw_rad), start->east_m + reach_m * std::sin(yaw_rad), start->height_m});
-  }
-  auto mission = Mission::create(*start, waypoints, setup.turn_radius_m,
-                                 setup.repeat_mission ? AfterMission::Repeat : AfterMission::Circle);
-  if (!mission) return fail(mission);
-
   const MakeFlight make = [&](const Scheme& scheme) -> Result<Flight> {
     auto parts = make_air(run, name, vehicle.span_m, ground);
     if (!parts) return fail(parts);
@@ -191,17 +129,17 @@ Result<std::unique_ptr<PoseSource>> make_flight(const RunFile& run, const std::s
                                  .yaw_rad = yaw_rad,
                                  .airspeed_mps = setup.airspeed_mps,
                                  .wind_ned_mps = air->air().end().velocity_ned_mps,
-                                 .mission = *mission,
+                                 .mission = plan.mission,
                                  .tolerance_m = setup.trajectory_tolerance_m,
                                  .scheme = scheme});
     if (!flown) return fail(flown);
     return Flight(environment, std::move(*air), std::move(*flown));
   };
-  const auto plan = motion_plan(make, setup, run.duration_ns);
-  if (!plan) return fail(plan);
-  auto flight = make(plan->scheme);
+  const auto motion = motion_plan(make, setup, run.duration_ns);
+  if (!motion) return fail(motion);
+  auto flight = make(motion->scheme);
   if (!flight) return fail(flight);
-  return std::make_unique<FlownPoses>(std::move(*flight), *plan);
+  return std::make_unique<FlownPoses>(std::move(*flight), *motion);
 }
 
 Result<std::unique_ptr<PoseSource>> make_recorded_poses(const RunFile& run, const VehicleSetup& setup,

@@ -66,7 +66,12 @@ Result<std::vector<FlightOutcome>> fly_one(Run& run) {
 Result<std::vector<FlightOutcome>> fly_many(const RunFile& run, int flights, int threads,
                                             const std::function<void(int)>& flown) {
   RunFile bare = run;
-  for (auto& [name, vehicle] : bare.vehicles) vehicle.sensors.clear();
+  for (auto& [name, vehicle] : bare.vehicles) {  // cameras cost and change nothing, but that surveys see with them
+    const bool surveys = std::any_of(vehicle.mission.begin(), vehicle.mission.end(), [](const MissionItemSetup& item) {
+      return std::holds_alternative<SurveySetup>(item.what);
+    });
+    if (!surveys) vehicle.sensors.clear();
+  }
   auto first = Run::prepare(bare);
   if (!first) return fail(first);
   const RunFile planned = first->file();  // with the way of stepping resolved

@@ -1,6 +1,13 @@
 #include "nadir/sim/rehearsal.h"
 
+#include <algorithm>
+
 namespace nadir::sim {
+
+bool on_map(const render::Truth& truth) {
+  return std::all_of(truth.footprint_uv.begin(), truth.footprint_uv.end(),
+                     [](const auto& uv) { return uv && (uv->array() >= 0).all() && (uv->array() <= 1).all(); });
+}
 
 Result<void> Rehearsal::on_frame(const FrameEvent& event) {
   const PreparedSensor* sensor = &run_.sensor(event.vehicle, event.sensor);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cassert>
 #include <chrono>
+#include <cmath>
 
 #include "flight.h"
 #include "nadir/render/adaptive_quality.h"
@@ -42,6 +43,22 @@ Result<PreparedSensor> prepare_sensor(const RunFile& file, const render::Surface
                         std::move(scene), {}};
 }
 
+std::vector<VehicleCamera> cameras_of(std::span<const PreparedSensor> sensors) {
+  std::vector<VehicleCamera> cameras;
+  for (const PreparedSensor& s : sensors) cameras.push_back({s.name, &s.camera, s.body_from_camera});
+  return cameras;
+}
+
+/// The rate that a sensor's surveys ask for, rounded up to thousandths, within what rates can be.
+void take_rate(const FlightPlan& plan, const std::string& name, SensorSetup& sensor) {
+  double rate_hz = 1e-3;
+  for (const PlannedSurvey& survey : plan.surveys)
+    if (survey.sensor == name) rate_hz = std::max(rate_hz, survey.rate_hz);
+  sensor.rate_text = fmt::format("{:.3f}", std::min(std::ceil(rate_hz * 1000) / 1000, 1e6));
+  sensor.rate = Rate::parse_hz(sensor.rate_text).value();
+  sensor.rate_of_survey = false;
+}
+
 /// No vehicle keeps its velocity for longer.
 constexpr double longest_foresight_s = 2;
 
@@ -66,19 +83,37 @@ Result<Run> Run::prepare(const RunFile& file) {
   if (!ground) return fail(ground);
 
   Run run(file, *ground);
-  for (const auto& [name, setup] : file.vehicles) {
-    auto source =
-        setup.model == "poses" ? make_recorded_poses(file, setup, *ground) : make_flight(file, name, setup, *ground);
-    if (!source) return fail(source.error().kind, fmt::format("vehicle {}: {}", name, source.error().message));
-    if (const MotionPlan* plan = (*source)->motion_plan())
-      run.file_.vehicles[run.vehicles_.size()].second.integration = plan->scheme;
-    run.vehicles_.push_back({name, std::move(*source)});
+  std::string faults;  // of missions: all of them
+  for (auto& [name, setup] : run.file_.vehicles) {
+    const std::size_t first = run.sensors_.size();
     for (const auto& [sensor_name, sensor] : setup.sensors) {
       auto prepared = prepare_sensor(file, *ground, *layers, name, sensor_name, sensor);
       if (!prepared) return fail(prepared);
       run.sensors_.push_back(std::move(*prepared));
     }
+    if (setup.model == "poses") {
+      auto source = make_recorded_poses(file, setup, *ground);
+      if (!source) return fail(source.error().kind, fmt::format("vehicle {}: {}", name, source.error().message));
+      run.vehicles_.push_back({name, std::move(*source), {}});
+      continue;
+    }
+    const std::span sensors = std::span(run.sensors_).subspan(first);
+    auto plan = plan_mission(file, name, setup, *ground, cameras_of(sensors));
+    if (!plan) {
+      faults += (faults.empty() ? "" : "\n") + plan.error().message;
+      continue;
+    }
+    for (std::size_t i = 0; i < sensors.size(); ++i)
+      if (setup.sensors[i].second.rate_of_survey) {
+        take_rate(*plan, setup.sensors[i].first, setup.sensors[i].second);
+        sensors[i].setup = setup.sensors[i].second;
+      }
+    auto source = make_flight(file, name, setup, *plan, *ground);
+    if (!source) return fail(source.error().kind, fmt::format("vehicle {}: {}", name, source.error().message));
+    if (const MotionPlan* motion = (*source)->motion_plan()) setup.integration = motion->scheme;
+    run.vehicles_.push_back({name, std::move(*source), std::move(*plan)});
   }
+  if (!faults.empty()) return fail(Error::Kind::Malformed, faults);
   run.layers_ = std::move(*layers);
   run.onboard_ = std::move(*onboard);
   return run;

@@ -118,7 +118,8 @@ SensorSetup read_sensor(const YamlMap& yaml, const SceneSetup& scene) {
     sensor.layer = *layer;
   }
   take(yaml.text("camera"), sensor.camera);
-  take_rate(yaml, "rate_hz", sensor.rate, sensor.rate_text);
+  sensor.rate_of_survey = yaml.text("rate_hz") == "survey";
+  if (!sensor.rate_of_survey) take_rate(yaml, "rate_hz", sensor.rate, sensor.rate_text);
   if (const auto mount = yaml.map("mount")) read_mount(*mount, sensor);
   sensor.output = parsed<tile::SampleType>(yaml, "output", tile::parse_sample_type);
   if (const auto range = yaml.numbers("range")) {
@@ -138,13 +139,23 @@ SensorSetup read_sensor(const YamlMap& yaml, const SceneSetup& scene) {
   return sensor;
 }
 
-WaypointSetup read_waypoint(const YamlMap& yaml, const TypedHeight& height) {
-  WaypointSetup point;
-  take(yaml.number("north_m"), point.north_m);
-  take(yaml.number("east_m"), point.east_m);
-  point.height = height;
-  take_height(yaml, "height", point.height);
-  return point;
+void read_sensors(const YamlMap& yaml, const SceneSetup& scene, VehicleSetup& vehicle) {
+  for (const auto& [name, entry] : yaml.entries()) {
+    check_name(yaml, name);
+    vehicle.sensors.emplace_back(name, read_sensor(entry, scene));
+  }
+}
+
+/// A sensor that leaves its rate to a survey needs one.
+void check_rates(const YamlMap& sensors, const VehicleSetup& vehicle) {
+  for (const auto& [name, sensor] : vehicle.sensors) {
+    const bool surveys = std::any_of(vehicle.mission.begin(), vehicle.mission.end(), [&name = name](const auto& item) {
+      const auto* survey = std::get_if<SurveySetup>(&item.what);
+      return survey && survey->sensor == name;
+    });
+    if (sensor.rate_of_survey && !surveys)
+      sensors.fault(name, "leaves its rate_hz to a survey, and no survey of the mission names it: expected a rate");
+  }
 }
 
 Scheme read_integration(const YamlMap& yaml) {
@@ -172,6 +183,8 @@ VehicleSetup read_vehicle(const YamlMap& yaml, const SceneSetup& scene) {
   static constexpr std::array<std::string_view, 2> models = {"aerosonde", "poses"};
   if (std::find(models.begin(), models.end(), vehicle.model) == models.end())
     yaml.fault("model", fmt::format("no model '{}'{}", vehicle.model, suggestion(vehicle.model, models)));
+  const auto sensors = yaml.map("sensors");
+  if (sensors) read_sensors(*sensors, scene, vehicle);
   if (vehicle.model == "poses") {
     yaml.require("poses");
     take(yaml.text("poses"), vehicle.poses);
@@ -179,28 +192,21 @@ VehicleSetup read_vehicle(const YamlMap& yaml, const SceneSetup& scene) {
     yaml.require("start");
     if (const auto start = yaml.map("start")) {
       start->require("height");
-      vehicle.start = read_waypoint(*start, {});
+      vehicle.start.place = read_place(*start);
+      take_height(*start, "height", vehicle.start.height);
       take(start->number("yaw_deg"), vehicle.yaw_deg);
       take_positive(*start, "airspeed_mps", vehicle.airspeed_mps);
-    }
-    TypedHeight height = vehicle.start.height;
-    for (const YamlMap& point : yaml.maps("mission")) {
-      point.require("north_m");
-      point.require("east_m");
-      vehicle.mission.push_back(read_waypoint(point, height));
-      height = vehicle.mission.back().height;  // a waypoint without height keeps the last one's
     }
     take_positive(yaml, "turn_radius_m", vehicle.turn_radius_m);
     take(yaml.flag("repeat_mission"), vehicle.repeat_mission);
     take_positive(yaml, "trajectory_tolerance_m", vehicle.trajectory_tolerance_m);
     if (!(vehicle.trajectory_tolerance_m >= 1e-6)) yaml.fault("trajectory_tolerance_m", "expected at least 1e-6");
     if (const auto integration = yaml.map("integration")) vehicle.integration = read_integration(*integration);
+    std::vector<std::string_view> names;
+    for (const auto& [name, sensor] : vehicle.sensors) names.push_back(name);
+    vehicle.mission = read_mission(yaml, vehicle.start.height, vehicle.turn_radius_m, names);
   }
-  if (const auto sensors = yaml.map("sensors"))
-    for (const auto& [name, entry] : sensors->entries()) {
-      check_name(*sensors, name);
-      vehicle.sensors.emplace_back(name, read_sensor(entry, scene));
-    }
+  if (sensors) check_rates(*sensors, vehicle);
   return vehicle;
 }
 
@@ -270,6 +276,7 @@ Result<RunFile> read_run_file(const std::filesystem::path& path) {
   const auto yaml = YamlMap::parse(path.string(), *text);
   if (!yaml) return fail(yaml);
   RunFile run;
+  run.file = path;
   run.folder = std::filesystem::absolute(path).parent_path();
   read_run(*yaml, run);
   if (auto ok = yaml->finish(); !ok) return fail(ok);

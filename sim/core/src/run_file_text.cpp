@@ -6,12 +6,6 @@
 namespace nadir::sim {
 namespace {
 
-using geodesy::TypedHeight;
-
-std::string height_text(const TypedHeight& height) {
-  return fmt::format("{} {}", height.value_m, geodesy::to_string(height.datum));
-}
-
 std::string map_text(const RunFile& run, const MapSetup& map) {
   std::string text = "{map: " + yaml_quoted(run.resolve(map.map).string());
   if (map.role) text += fmt::format(", role: {}", tile::to_string(*map.role));
@@ -29,8 +23,9 @@ std::string sensor_text(const RunFile& run, const SensorSetup& sensor) {
   std::string text = fmt::format(
       "{{layer: {}, camera: {}, rate_hz: {},\n        mount: {{x_m: {}, y_m: {}, z_m: {}, yaw_deg: {}, pitch_deg: {}, "
       "roll_deg: {}}},\n        off_map: {}",
-      yaml_quoted(sensor.layer), yaml_quoted(run.resolve(sensor.camera).string()), sensor.rate_text, p[0], p[1], p[2],
-      a[0], a[1], a[2], render::to_string(sensor.off_map));
+      yaml_quoted(sensor.layer), yaml_quoted(run.resolve(sensor.camera).string()),
+      sensor.rate_of_survey ? "survey" : sensor.rate_text, p[0], p[1], p[2], a[0], a[1], a[2],
+      render::to_string(sensor.off_map));
   if (sensor.off_map == render::OffMap::Fill) text += fmt::format(", fill_value: {}", sensor.fill_value);
   if (sensor.shutter.exposure_s > 0) text += fmt::format(", exposure_s: {}", sensor.shutter.exposure_s);
   if (sensor.shutter.readout_s > 0) text += fmt::format(", readout_s: {}", sensor.shutter.readout_s);
@@ -56,17 +51,15 @@ std::string vehicle_text(const RunFile& run, const VehicleSetup& vehicle) {
   if (vehicle.model == "poses") {
     text += fmt::format("    poses: {}\n", yaml_quoted(run.resolve(vehicle.poses).string()));
   } else {
-    text += fmt::format("    start: {{north_m: {}, east_m: {}, height: {}, yaw_deg: {}, airspeed_mps: {}}}\n",
-                        vehicle.start.north_m, vehicle.start.east_m, height_text(vehicle.start.height), vehicle.yaw_deg,
-                        vehicle.airspeed_mps);
+    text +=
+        fmt::format("    start: {{{}, height: {}, yaw_deg: {}, airspeed_mps: {}}}\n", place_text(vehicle.start.place),
+                    height_text(vehicle.start.height), vehicle.yaw_deg, vehicle.airspeed_mps);
     text +=
         fmt::format("    turn_radius_m: {}\n    repeat_mission: {}\n", vehicle.turn_radius_m, vehicle.repeat_mission);
     text += fmt::format("    trajectory_tolerance_m: {}\n", vehicle.trajectory_tolerance_m);
     if (vehicle.integration) text += integration_text(*vehicle.integration);
     if (!vehicle.mission.empty()) text += "    mission:\n";
-    for (const WaypointSetup& w : vehicle.mission)
-      text +=
-          fmt::format("      - {{north_m: {}, east_m: {}, height: {}}}\n", w.north_m, w.east_m, height_text(w.height));
+    for (const MissionItemSetup& item : vehicle.mission) text += fmt::format("      - {}\n", mission_item_text(item));
   }
   if (!vehicle.sensors.empty()) text += "    sensors:\n";
   for (const auto& [name, sensor] : vehicle.sensors)

@@ -32,11 +32,12 @@ class FlownFixedWing final : public FlownVehicle {
 
   const BodyState& body() const override { return state_; }
 
-  Result<void> decide(std::int64_t, const AirMotion& air) override {
+  Result<void> decide(std::int64_t time_ns, const AirMotion& air) override {
     const Navigation now = true_navigation(state_, flight_.environment, air.velocity_ned_mps, flight_.scene);
-    const Path& path = flight_.mission.path_at(now);
-    guidance_ = follow(path, now, PathGains{});
-    off_path_ = path_error(path, now);
+    const MissionPiece& piece = flight_.mission.piece_at(now, static_cast<double>(time_ns) * 1e-9);
+    guidance_ = follow(piece.path, now, PathGains{});
+    guidance_.airspeed_mps = piece.airspeed_mps;
+    off_path_ = path_error(piece.path, now);
     controls_ = autopilot_.step(guidance_, now, control_s);
     return {};
   }

@@ -13,7 +13,7 @@ namespace nadir::record {
 namespace {
 
 constexpr Colour ground{18, 21, 26}, bright{240, 243, 247}, dim{165, 174, 186}, dark{8, 10, 13}, white{255, 255, 255};
-constexpr Colour start_green{61, 220, 132}, end_red{255, 82, 82};
+constexpr Colour start_green{61, 220, 132}, end_red{255, 82, 82}, plan_yellow{255, 224, 102};
 constexpr int margin = 20, title_height = 56, title_size = 22, label_size = 14, footer_margin = 18, footer_size = 12,
               footer_line = 16;
 constexpr double line_width = 2, halo_width = 6, halo_opacity = 0.5;
@@ -86,6 +86,37 @@ void tint_swath(const Overlay& overlay, const FootprintMap& map) {
       overlay.picture.blend(x, y, {mean(sum.r), mean(sum.g), mean(sum.b)}, opacity * std::min(1.0f, sum.weight));
     }
   }
+}
+
+/// Dashes of one length along the plan, whatever its points.
+void draw_plan(const Overlay& overlay, const FootprintMap& map) {
+  constexpr double dash = 9, gap = 6;
+  const std::vector<PicturePoint> plan = overlay.placed(map.plan);
+  std::vector<PicturePoint> stroke;
+  double along = 0;  // of dash and gap
+  const auto end_stroke = [&] {
+    if (stroke.size() > 1) overlay.stroke(stroke, false, plan_yellow);
+    stroke.clear();
+  };
+  for (std::size_t i = 0; i + 1 < plan.size(); ++i) {
+    const PicturePoint a = plan[i], b = plan[i + 1];
+    const double length = std::hypot(b.x - a.x, b.y - a.y);
+    for (double done = 0; done < length;) {
+      const auto at = [&](double pixels) {
+        return PicturePoint{a.x + (b.x - a.x) * pixels / length, a.y + (b.y - a.y) * pixels / length};
+      };
+      const double step = std::min((along < dash ? dash : dash + gap) - along, length - done);
+      if (along < dash) {
+        if (stroke.empty()) stroke.push_back(at(done));
+        stroke.push_back(at(done + step));
+      }
+      done += step;
+      along += step;
+      if (along >= dash - 1e-9 && along < dash + 1e-9) end_stroke(), along = dash;
+      if (along >= dash + gap - 1e-9) along = 0;
+    }
+  }
+  end_stroke();
 }
 
 void draw_path(const Overlay& overlay, const FootprintMap& map) {
@@ -184,6 +215,7 @@ DrawnMap draw(const FootprintMap& map) {
   tint_swath(overlay, map);
   for (std::size_t i = 0; i < map.footprints.size(); ++i)
     overlay.stroke(overlay.placed(map.footprints[i]), true, ramp(ramp_place(i, map.footprints.size())));
+  draw_plan(overlay, map);
   draw_path(overlay, map);
   draw_north(overlay, map.north_rad);
   draw_scale(overlay, map.metres_per_pixel);

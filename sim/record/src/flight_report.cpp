@@ -6,6 +6,8 @@
 #include <cmath>
 #include <numeric>
 
+#include "nadir/sim/rehearsal.h"
+
 namespace nadir::record {
 namespace {
 
@@ -27,10 +29,11 @@ double median_of(std::vector<double> values) {
   return *middle;
 }
 
-/// An exposure is on the map where all its corners are.
-bool on_map(const render::Truth& truth) {
-  return std::all_of(truth.footprint_uv.begin(), truth.footprint_uv.end(),
-                     [](const auto& uv) { return uv && (uv->array() >= 0).all() && (uv->array() <= 1).all(); });
+/// Along the planned path, near enough for a picture.
+std::vector<Eigen::Vector2d> places_of(const sim::Mission& mission) {
+  std::vector<Eigen::Vector2d> places;
+  for (const sim::PlannedPoint& p : sim::planned_points(mission, 10)) places.emplace_back(p.north_m, p.east_m);
+  return places;
 }
 
 std::string or_dash(const std::string& text) { return text.empty() ? "-" : text; }
@@ -62,6 +65,9 @@ FlightReport::FlightReport(const sim::Run& run) : run_(run) {
                         {name},
                         {name},
                         {name}});
+    for (const sim::PreparedVehicle& vehicle : run.vehicles())
+      if (vehicle.name == sensor.vehicle && vehicle.plan && !vehicle.plan->setup_item.empty())
+        sensors_.back().overview.plan(places_of(vehicle.plan->mission));
   }
 }
 
@@ -101,7 +107,7 @@ Result<void> FlightReport::on_frame(const sim::FrameEvent& event) {
     if (event.frame || !event.rejected.empty()) log.valid.points.push_back({t, event.truth.valid_fraction});
     if (event.truth.image_gsd_m) log.gsd.points.push_back({t, *event.truth.image_gsd_m});
 
-    const bool outside = !on_map(event.truth);
+    const bool outside = !sim::on_map(event.truth);
     if (outside && !log.outside) log.excursions.push_back({event.state.time_ns, event.state.time_ns, 0});
     if (outside) {
       log.excursions.back().to_ns = event.state.time_ns;

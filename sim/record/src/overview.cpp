@@ -73,6 +73,11 @@ Overview::Overview(const render::Scene& scene, const render::Camera& camera, std
   shown_stride_ = std::max<std::size_t>(shown_stride_, 1);
 }
 
+void Overview::plan(std::vector<Eigen::Vector2d> north_east_m) {
+  plan_m_ = std::move(north_east_m);
+  for (Eigen::Vector2d& p : plan_m_) p = p.reverse().eval();
+}
+
 void Overview::add(const render::Truth& truth, std::int64_t time_ns) {
   const std::size_t index = added_++;
   if (index % path_stride_ == 0) path_m_.emplace_back(truth.enu_from_camera.origin.head<2>());
@@ -123,7 +128,8 @@ Result<void> Overview::write_footprints(render::Renderer& renderer, const render
   const render::GroundExtent extent = render::ground_extent(plane, shown_map.projection(), shown_map.crs_from_texel(),
                                                             shown_map.width(), shown_map.height());
   if (extent.bounded) box = box.intersection(extent.box);
-  for (const auto& p : path_m_) box.extend(p);
+  for (const auto* points_m : {&path_m_, &plan_m_})
+    for (const auto& p : *points_m) box.extend(p);
   const double margin_m = 0.06 * box.sizes().maxCoeff() + 1e-3;
   box.min().array() -= margin_m;
   box.max().array() += margin_m;
@@ -140,6 +146,7 @@ Result<void> Overview::write_footprints(render::Renderer& renderer, const render
   map.background = sheet_frame(frame->layer(), layer, "");
   for (const Seen& seen : shown_) map.footprints.push_back(view.picture(seen.outline_m));
   map.path = view.picture(path_m_);
+  map.plan = view.picture(plan_m_);
   map.metres_per_pixel = view.metres_per_pixel;
   const tile::MapDescription& description = layer.source->map().description();
   map.title = fmt::format("{}: camera path and {} of {} footprints", layer.name, shown_.size(), added_);

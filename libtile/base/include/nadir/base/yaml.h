@@ -37,6 +37,10 @@ class YamlMap {
   std::vector<YamlMap> maps(std::string_view key) const;         // a list of maps
   std::vector<std::pair<std::string, YamlMap>> entries() const;  // of a map whose keys users choose
 
+  /// For messages about it that come later: where it begins, and its keys from the top of the file ("vehicles.plane1").
+  int line() const;
+  const std::string& name() const;
+
   /// Notes what is wrong with the value of a key.
   void fault(std::string_view key, const std::string& message) const;
   /// Takes a parsed value, or notes what is wrong with it.

@@ -52,7 +52,7 @@ class Autopilot {
   double roll_command(const Guidance& guidance, const Navigation& now) const;
   double climb_command(const Guidance& guidance, const Navigation& now) const;  // radians, against the air
   double pitch_command(double climb_rad, const Navigation& now, double load, double dt_s);
-  double throttle_command(double climb_rad, const Navigation& now, double dt_s);
+  double throttle_command(const Guidance& guidance, double climb_rad, const Navigation& now, double dt_s);
   double airspeed_for_division(const Navigation& now) const;  // never near zero
 
   FeedForward ff_;

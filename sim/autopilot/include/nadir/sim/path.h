@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <variant>
 
 #include "nadir/sim/navigation.h"
@@ -25,12 +26,16 @@ struct CirclePath {
 };
 using Path = std::variant<StraightPath, CirclePath>;
 
+/// From its beginning to its end, in plan.
+double length_m(const Path& path);
+
 /// What the loops are to follow in this moment.
 struct Guidance {
   double course_rad = 0;
   double roll_rad = 0;  // bank that the path's own curve needs
   double height_m = 0;
-  double climb_rate_mps = 0;  // that the path's own slope needs
+  double climb_rate_mps = 0;                // that the path's own slope needs
+  std::optional<double> airspeed_mps = {};  // else the one that the vehicle flies at anyway
 };
 
 /// How fast a vehicle closes in on a path.

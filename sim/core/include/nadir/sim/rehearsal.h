@@ -7,6 +7,9 @@
 
 namespace nadir::sim {
 
+/// An exposure is on the map where all its corners are.
+bool on_map(const render::Truth& truth);
+
 /// Keeps evenly spread exposures of each sensor while a run is flown without rendering: its own memory does not grow
 /// with the run's length.
 class Rehearsal final : public Sink {

@@ -10,6 +10,7 @@
 
 #include "nadir/render/renderer.h"
 #include "nadir/render/time_budget.h"
+#include "nadir/sim/flight_plan.h"
 #include "nadir/sim/pose_source.h"
 #include "nadir/sim/run_file.h"
 #include "nadir/sim/sink.h"
@@ -29,6 +30,7 @@ struct PreparedSensor {
 struct PreparedVehicle {
   std::string name;
   std::unique_ptr<PoseSource> source;
+  std::optional<FlightPlan> plan;  // of one that is flown
 };
 
 /// What a run cost and saw.
@@ -43,6 +45,7 @@ struct RunSummary {
 };
 
 /// A run file made into maps, cameras, vehicles and scenes: all that can fail before the first step has been tried.
+/// Faults of all missions are told in one message. Rates that follow from surveys are in file() as numbers.
 class Run {
  public:
   static Result<Run> prepare(const RunFile& file);

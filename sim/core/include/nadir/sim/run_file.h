@@ -16,6 +16,7 @@
 #include "nadir/render/renderer.h"
 #include "nadir/sim/air_setup.h"
 #include "nadir/sim/integrator.h"
+#include "nadir/sim/mission_setup.h"
 #include "nadir/sim/scheduler.h"
 #include "nadir/tile/role.h"
 #include "nadir/tile/sample_type.h"
@@ -54,6 +55,7 @@ struct SensorSetup {
   std::string layer, camera;
   Rate rate;
   std::string rate_text = "1";
+  bool rate_of_survey = false;                       // the rate is yet to follow from a survey: Run::prepare
   std::array<double, 3> mount_position_m{};          // forward, right, down
   std::array<double, 3> mount_yaw_pitch_roll_deg{};  // as typed: replaying a run must not lose a digit
   std::optional<tile::SampleType> output;            // else the layer's own
@@ -71,17 +73,12 @@ struct SensorSetup {
   render::Mount mount() const;
 };
 
-struct WaypointSetup {
-  double north_m = 0, east_m = 0;
-  geodesy::TypedHeight height;
-};
-
 struct VehicleSetup {
   std::string model = "aerosonde";  // or "poses": where a file says
   std::string poses;                // of model poses
   WaypointSetup start;
   double yaw_deg = 0, airspeed_mps = 25;
-  std::vector<WaypointSetup> mission;  // where empty: straight on
+  std::vector<MissionItemSetup> mission;  // where empty: straight on
   double turn_radius_m = 150;
   bool repeat_mission = false;           // else a circle at the end
   double trajectory_tolerance_m = 1e-3;  // of what steps of the motion make of it
@@ -119,6 +116,7 @@ struct RunFile {
   Rate telemetry_rate = {50, 1'000'000'000};
   std::string telemetry_rate_text = "50";
 
+  std::filesystem::path file;    // the run file, for messages
   std::filesystem::path folder;  // of the run file: where relative paths count from
   std::filesystem::path resolve(const std::string& path) const { return (folder / path).lexically_normal(); }
 };

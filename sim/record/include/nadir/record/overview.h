@@ -17,6 +17,9 @@ class Overview {
   /// `frames_to_come`: about as many calls of `add` as there will be; from them the frames shown are chosen evenly.
   Overview(const render::Scene& scene, const render::Camera& camera, std::size_t frames_to_come);
 
+  /// The path as planned, north and east in the scene's tangent plane: drawn below the one flown.
+  void plan(std::vector<Eigen::Vector2d> north_east_m);
+
   void add(const render::Truth& truth, std::int64_t time_ns);
 
   /// Thumbnails of a layer's frames.
@@ -39,6 +42,7 @@ class Overview {
   render::Camera camera_;
   std::size_t path_stride_, shown_stride_, added_ = 0;
   std::vector<Eigen::Vector2d> path_m_;  // east, north of the camera
+  std::vector<Eigen::Vector2d> plan_m_;  // east, north
   std::vector<Seen> shown_;
 };
 

@@ -51,6 +51,7 @@ struct FootprintMap {
   SheetFrame background;                              // shown as a thumbnail of a sheet is; its caption is not
   std::vector<std::vector<PicturePoint>> footprints;  // outlines; the last point joins the first
   std::vector<PicturePoint> path;                     // camera positions, with a mark at the first and the last
+  std::vector<PicturePoint> plan;                     // of the path, as far as one was made: dashed, below it
   double north_rad = 0;                               // where north is, clockwise from up
   double metres_per_pixel = 0;                        // of the background; no scale bar where it is not > 0
   std::string title;

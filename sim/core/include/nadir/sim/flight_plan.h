@@ -1,0 +1,54 @@
+#pragma once
+
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "nadir/render/camera.h"
+#include "nadir/render/surface.h"
+#include "nadir/sim/mission.h"
+#include "nadir/sim/run_file.h"
+
+namespace nadir::sim {
+
+/// A camera of a vehicle, for surveys.
+struct VehicleCamera {
+  std::string_view name;
+  const render::Camera* camera = nullptr;
+  geodesy::Pose<geodesy::frame::Body, geodesy::frame::Camera> body_from_camera;
+};
+
+/// What a survey of a mission came to.
+struct PlannedSurvey {
+  std::size_t item = 0;  // of the vehicle's mission
+  std::string sensor;
+  int lines = 0, seen_at_least = 1;
+  double heading_rad = 0, line_spacing_m = 0, exposure_spacing_m = 0;
+  double rate_hz = 0;  // reaches the forward overlap along the faster way, with the wind of the place
+};
+
+/// A vehicle's mission made into a path.
+struct FlightPlan {
+  Waypoint start;
+  Mission mission;                      // without items: straight on, farther than the run lasts
+  std::vector<std::size_t> setup_item;  // of VehicleSetup::mission, by MissionPiece::item; empty without items
+  std::vector<PlannedSurvey> surveys;
+};
+
+/// Fails with all faults of the mission, each with its line of the run file. Surveys see with `cameras`, in level
+/// flight in the wind of the place; random paths are by the run's seed, the vehicle's name and their place in the
+/// mission.
+Result<FlightPlan> plan_mission(const RunFile& run, const std::string& name, const VehicleSetup& setup,
+                                const render::Surface& ground, std::span<const VehicleCamera> cameras);
+
+/// The greatest box, sides along and across the course, around the middle of what a camera sees of level ground
+/// `height_m` below the vehicle, in level flight with the nose `crab_rad` to the right of the course; less a fiftieth
+/// of the height on each side, for what attitude and place swing about in flight. Metres forward and to the right.
+/// Empty where it sees the horizon. Error: a hundredth of its sides, none of an upright camera's.
+Eigen::AlignedBox2d seen_for_certain(const VehicleCamera& camera, double height_m, double crab_rad, double pitch_rad);
+
+/// "run.yaml:17: 'vehicles.plane1.mission[2]': message".
+std::string mission_message(const RunFile& run, const MissionItemSetup& item, const std::string& message);
+
+}  // namespace nadir::sim
