@@ -25,7 +25,7 @@ class MultirotorLoop {
     const MultirotorTrimTarget target{-wind.x(), -wind.y(), 0};  // at rest over ground
     const auto hover = trim(vehicle, target, density, gravity, charge_ah).value();
     state = trimmed_state(vehicle, hover, environment, {origin.lat_rad, origin.lon_rad, height_m}, 0, wind, charge_ah);
-    control.reset(state);
+    control.reset(state, now());
     home = {.position_ned_m = {0, 0, -height_m}};
   }
 

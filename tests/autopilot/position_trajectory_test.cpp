@@ -57,7 +57,7 @@ TEST(PositionTrajectory, StopsWhereItIsToHoldAndPassesCornersAtTheDistanceOfThei
     nearest_m = std::min(nearest_m, (p.position_ned_m - Vector3d(100, 100, -20)).norm());
   }
   EXPECT_NEAR(held_s, 3, 0.01);
-  EXPECT_NEAR(nearest_m, 3 * 2 * 64 / (16 * 2), 0.01) << "3 dv^2 / (16 a), 8 m/s turned by 90 degrees";
+  EXPECT_NEAR(nearest_m, 9 * 2 * 64.0 / (64 * 2), 0.01) << "9 dv^2 / (64 a), 8 m/s turned by 90 degrees";
 }
 
 TEST(PositionTrajectory, RepeatsWithoutASeam) {

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "nadir/sim/lag.h"
+
 namespace nadir::sim {
 namespace {
 
@@ -137,13 +139,17 @@ MultirotorControl::MultirotorControl(const Multirotor& vehicle, Mixer mixer, con
                                      double gravity_mps2)
     : vehicle_(vehicle), mixer_(std::move(mixer)), gains_(gains), gravity_mps2_(gravity_mps2) {}
 
-void MultirotorControl::reset(const MultirotorState& state) {
+void MultirotorControl::reset(const MultirotorState& state, const Navigation& now) {
   model_.followed = state.followed;
   model_.followed_torque_nm = state.followed_torque_nm;
   rate_integral_radps2_.setZero();
-  disturbance_mps2_.setZero();
-  told_acceleration_mps2_.setZero();
+  yaw_drag_nm_ = 0;
   learning_ = false;
+  // The thrust that carries it, and where that points beside upwards
+  const Vector3d up = geodesy::quaternion_from(now.attitude) * mixer_.thrust_axis();
+  told_acceleration_mps2_ = Vector3d::Zero();
+  if (up.z() < -0.1) told_acceleration_mps2_.head<2>() = gravity_mps2_ / -up.z() * up.head<2>();
+  disturbance_mps2_ = -told_acceleration_mps2_;
 }
 
 void MultirotorControl::learn(const Vector3d& velocity, double dt_s) {
@@ -212,9 +218,14 @@ MultirotorControls MultirotorControl::step(const MultirotorSetpoint& setpoint, c
   demand.thrust_n = std::max(0.0, vehicle_.mass.mass_kg() * thrust_mps2.dot(ned_from_body * mixer_.thrust_axis()));
   demand.moment_nm = inertia * turning + now.rates_radps.cross(inertia * now.rates_radps);
 
+  // Rotors that speed up turn the body before their drag does: what drag is to give follows the more slowly
+  if (mixer_.yaw_lead_s() > 0)
+    demand.moment_nm.z() = FirstOrderLag(mixer_.yaw_lead_s(), dt_s).held(yaw_drag_nm_, demand.moment_nm.z());
+
   // Moments to rotors; what they were told is what is learnt from
   const Mixer::Mix mix = mixer_.mix(demand);
   saturated_ = mix.saturated;
+  yaw_drag_nm_ = mix.given.moment_nm.z();
   if (!saturated_) rate_integral_radps2_ += gains_.rate_integral_per_s2 * dt_s * rate_error;
   const double most = 0.5 * gains_.max_tilt_acceleration_radps2;
   rate_integral_radps2_ = rate_integral_radps2_.cwiseMax(-most).cwiseMin(most);

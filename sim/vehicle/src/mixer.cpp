@@ -32,6 +32,14 @@ double lag_of(const Rotor& rotor, double thrust_n, double density) {
   return lag_s + mechanical_time_constant_s(electric->propulsion, electric->dynamics, omega, density);
 }
 
+/// Time constant of the torque by which a rotor's own inertia leads that of the air, in hover.
+double yaw_lead_of(const Rotor& rotor, double thrust_n, double density) {
+  const auto* electric = std::get_if<ElectricDrive>(&rotor.drive);
+  if (!electric) return 0;
+  const RotorOutput hover = settled_output(rotor, throttle_for_thrust(rotor, thrust_n, 0, density), 0, density);
+  return electric->dynamics.rotor_inertia_kgm2 * hover.omega_radps / (2 * hover.torque_nm);
+}
+
 /// The greatest share of `change`, [0, 1], that keeps `start + share change` within 0 and `high`.
 double share_within(const RotorValues& start, const RotorValues& change, const RotorValues& high) {
   double share = 1;
@@ -83,6 +91,7 @@ Result<Mixer> Mixer::create(const Multirotor& vehicle, double density_kgpm3) {
     effect.col(i).tail<3>() = rotor.position_m.cross(rotor.thrust_axis) + reaction_m * rotor.thrust_axis;
     mixer.max_thrust_[i] = settled_output(rotor, 1, 0, density_kgpm3).thrust_n;
     mixer.slowest_lag_s_ = std::max(mixer.slowest_lag_s_, lag_of(rotor, hover_n, density_kgpm3));
+    mixer.yaw_lead_s_ += yaw_lead_of(rotor, hover_n, density_kgpm3) / static_cast<double>(n);
     arm_m = std::max(arm_m, rotor.position_m.norm());
   }
 

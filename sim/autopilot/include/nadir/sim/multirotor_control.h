@@ -14,7 +14,7 @@ struct MultirotorGains {
   double position_per_s = 0;                        // velocity per position
   double lead_s = 0;                                // in which rotors with lags are driven to what is asked for
 
-  double max_tilt_rad = 0.6109;     // 35 degrees
+  double max_tilt_rad = 0.9599;     // 55 degrees
   double max_rate_radps = 3.14159;  // of tilt
   double max_yaw_rate_radps = 1.0;
   double max_speed_mps = 15, max_climb_mps = 4, max_descent_mps = 3;
@@ -55,8 +55,8 @@ class MultirotorControl {
   /// the battery, 0 where there is none.
   MultirotorControls step(const MultirotorSetpoint& setpoint, const Navigation& now, double dt_s, double supply_v);
 
-  /// Begins anew from rotors that stand where `state` says.
-  void reset(const MultirotorState& state);
+  /// Begins anew, in a steady level flight with rotors where `state` says: what leans it is taken as the wind.
+  void reset(const MultirotorState& state, const Navigation& now);
 
   bool saturated() const { return saturated_; }
   const MultirotorGains& gains() const { return gains_; }
@@ -74,6 +74,7 @@ class MultirotorControl {
   Eigen::Vector3d rate_integral_radps2_ = Eigen::Vector3d::Zero();
   Eigen::Vector3d expected_velocity_mps_ = Eigen::Vector3d::Zero(), disturbance_mps2_ = Eigen::Vector3d::Zero();
   Eigen::Vector3d told_acceleration_mps2_ = Eigen::Vector3d::Zero();
+  double yaw_drag_nm_ = 0;  // of the propellers, as told last
   bool learning_ = false, saturated_ = false;
 };
 

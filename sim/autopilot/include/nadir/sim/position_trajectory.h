@@ -35,7 +35,7 @@ struct TrajectoryPoint {
 /// From rest through waypoints as a function of time: straight at constant speed, and around each corner, start and
 /// stop a change of velocity within which acceleration rises and falls as a parabola. Speed and acceleration stay
 /// within the limits, all derivatives up to the acceleration are continuous. A corner that turns the velocity by dv is
-/// passed at 3 dv^2 / (16 a). Where a leg is too short for its corners, it is flown more slowly.
+/// passed at 9 dv^2 / (64 a). Where a leg is too short for its corners, it is flown more slowly.
 class PositionTrajectory {
  public:
   /// Fails where there is no waypoint, where a number is not finite or a limit not positive, where neighbours are less

@@ -42,13 +42,16 @@ class Mixer {
   Eigen::Vector3d max_moment_nm(double thrust_n) const;
   /// The slowest rotor's lag or, with inertia, its mechanical time constant at hover; 0 where all follow at once.
   double slowest_lag_s() const { return slowest_lag_s_; }
+  /// A rotor with inertia turns the body by the torque that speeds it up too, which leads that of the air: yaw is as its
+  /// torque and this times its change. 0 without inertia.
+  double yaw_lead_s() const { return yaw_lead_s_; }
 
  private:
   Mixer() = default;
   Mix mix_lumped(const RotorDemand& demand) const;
 
   Multirotor vehicle_;
-  double density_kgpm3_ = 0, slowest_lag_s_ = 0;
+  double density_kgpm3_ = 0, slowest_lag_s_ = 0, yaw_lead_s_ = 0;
   Eigen::Vector3d axis_ = -Eigen::Vector3d::UnitZ();
   Eigen::Matrix<double, Eigen::Dynamic, 4, 0, most_rotors, 4> thrusts_;  // of thrust, roll, pitch, yaw
   RotorValues max_thrust_;
