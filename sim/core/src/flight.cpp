@@ -5,6 +5,7 @@
 #include <cassert>
 #include <cmath>
 
+#include "flight_parts.h"
 #include "nadir/sim/air_along_path.h"
 #include "nadir/sim/flown_fixed_wing.h"
 #include "nadir/sim/plan_flight.h"
@@ -87,7 +88,24 @@ class RecordedPoses final : public PoseSource {
   mutable std::size_t at_ = 0;  // times never fall
 };
 
-/// Height above the tangent plane at the scene origin of a typed height. `msl` and `ellipsoid` are taken at the origin.
+Result<Waypoint> in_scene(const WaypointSetup& setup, const render::Surface& ground) {
+  const auto height_m = height_in_scene_m(setup.height, ground);
+  if (!height_m) return fail(height_m);
+  return Waypoint{setup.north_m, setup.east_m, *height_m};
+}
+
+/// How the motion is stepped: as told, else the cheapest way within the tolerance.
+Result<MotionPlan> motion_plan(const MakeFlight& make, const VehicleSetup& setup, std::int64_t duration_ns) {
+  if (setup.integration) return MotionPlan{*setup.integration, "as the run file says"};
+  constexpr std::int64_t longest_trial_ns = 60'000'000'000;
+  if (auto flown = make({}); !flown) return fail(flown);  // what cannot begin is no fault of a scheme
+  auto plan = plan_flight(make, setup.trajectory_tolerance_m, std::min(duration_ns, longest_trial_ns));
+  if (!plan) return fail(plan);
+  return MotionPlan{plan->scheme, plan->why};
+}
+
+}  // namespace
+
 Result<double> height_in_scene_m(const TypedHeight& height, const render::Surface& ground) {
   const Geodetic& origin = ground.frame().origin();
   const auto ellipsoidal_m = ellipsoidal_height_m(height, origin.lat_rad, origin.lon_rad, ground.height_m());
@@ -95,19 +113,11 @@ Result<double> height_in_scene_m(const TypedHeight& height, const render::Surfac
   return *ellipsoidal_m - origin.height_m;
 }
 
-Result<Waypoint> in_scene(const WaypointSetup& setup, const render::Surface& ground) {
-  const auto height_m = height_in_scene_m(setup.height, ground);
-  if (!height_m) return fail(height_m);
-  return Waypoint{setup.north_m, setup.east_m, *height_m};
-}
-
-/// Of a place, along the normal of the ground.
 double height_above_ground_m(const render::Surface& ground, const Point<frame::Ecef>& place) {
   if (ground.plane()) return (ground.frame().enu_from_ecef() * place).xyz.z() - ground.up_m();
   return geodetic_from_ecef(place).height_m - ground.height_m();
 }
 
-/// What moves the air around one vehicle. Its turbulence is its own, by its name.
 Result<AirParts> make_air(const RunFile& run, const std::string& name, double span_m, const render::Surface& ground) {
   const AirSetup& air = run.air;
   AirParts parts;
@@ -130,17 +140,21 @@ Result<AirParts> make_air(const RunFile& run, const std::string& name, double sp
   return parts;
 }
 
-/// How the motion is stepped: as told, else the cheapest way within the tolerance.
-Result<MotionPlan> motion_plan(const MakeFlight& make, const VehicleSetup& setup, std::int64_t duration_ns) {
-  if (setup.integration) return MotionPlan{*setup.integration, "as the run file says"};
-  constexpr std::int64_t longest_trial_ns = 60'000'000'000;
-  if (auto flown = make({}); !flown) return fail(flown);  // what cannot begin is no fault of a scheme
-  auto plan = plan_flight(make, setup.trajectory_tolerance_m, std::min(duration_ns, longest_trial_ns));
-  if (!plan) return fail(plan);
-  return MotionPlan{plan->scheme, plan->why};
+Result<Environment> environment_of(const RunFile& run, const LocalFrame& scene, const Geodetic& place) {
+  if (run.flat_earth) return Environment::flat(scene.origin());
+  const auto sea_level_m = geoid_height_m(place.lat_rad, place.lon_rad);
+  if (!sea_level_m) return fail(sea_level_m);
+  return Environment::wgs84(*sea_level_m, Atmosphere(run.air.atmosphere));
 }
 
-}  // namespace
+Result<std::unique_ptr<PoseSource>> planned_flight(const MakeFlight& make, const VehicleSetup& setup,
+                                                   std::int64_t duration_ns) {
+  const auto plan = motion_plan(make, setup, duration_ns);
+  if (!plan) return fail(plan);
+  auto flight = make(plan->scheme);
+  if (!flight) return fail(flight);
+  return std::make_unique<FlownPoses>(std::move(*flight), *plan);
+}
 
 Result<std::unique_ptr<PoseSource>> make_flight(const RunFile& run, const std::string& name, const VehicleSetup& setup,
                                                 const render::Surface& ground) {
@@ -154,14 +168,8 @@ Result<std::unique_ptr<PoseSource>> make_flight(const RunFile& run, const std::s
   const Geodetic place =
       geodetic_from_ecef(scene.ecef_from_enu() * Point<frame::Enu>{{start->east_m, start->north_m, start->height_m}});
 
-  double sea_level_m = 0;
-  if (!run.flat_earth) {
-    const auto geoid_m = geoid_height_m(place.lat_rad, place.lon_rad);
-    if (!geoid_m) return fail(geoid_m);
-    sea_level_m = *geoid_m;
-  }
-  const Environment environment = run.flat_earth ? Environment::flat(scene.origin())
-                                                 : Environment::wgs84(sea_level_m, Atmosphere(run.air.atmosphere));
+  const auto environment = environment_of(run, scene, place);
+  if (!environment) return fail(environment);
   std::vector<Waypoint> waypoints;
   for (const WaypointSetup& point : setup.mission) {
     const auto waypoint = in_scene(point, ground);
@@ -185,7 +193,7 @@ Result<std::unique_ptr<PoseSource>> make_flight(const RunFile& run, const std::s
                                    {std::cos(yaw_rad), std::sin(yaw_rad), 0}, setup.airspeed_mps);
     if (!air) return fail(air);
     auto flown = fly_fixed_wing({.vehicle = vehicle,
-                                 .environment = environment,
+                                 .environment = *environment,
                                  .scene = scene,
                                  .start = place,
                                  .yaw_rad = yaw_rad,
@@ -195,13 +203,9 @@ Result<std::unique_ptr<PoseSource>> make_flight(const RunFile& run, const std::s
                                  .tolerance_m = setup.trajectory_tolerance_m,
                                  .scheme = scheme});
     if (!flown) return fail(flown);
-    return Flight(environment, std::move(*air), std::move(*flown));
+    return Flight(*environment, std::move(*air), std::move(*flown));
   };
-  const auto plan = motion_plan(make, setup, run.duration_ns);
-  if (!plan) return fail(plan);
-  auto flight = make(plan->scheme);
-  if (!flight) return fail(flight);
-  return std::make_unique<FlownPoses>(std::move(*flight), *plan);
+  return planned_flight(make, setup, run.duration_ns);
 }
 
 Result<std::unique_ptr<PoseSource>> make_recorded_poses(const RunFile& run, const VehicleSetup& setup,

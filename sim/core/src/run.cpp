@@ -67,8 +67,9 @@ Result<Run> Run::prepare(const RunFile& file) {
 
   Run run(file, *ground);
   for (const auto& [name, setup] : file.vehicles) {
-    auto source =
-        setup.model == "poses" ? make_recorded_poses(file, setup, *ground) : make_flight(file, name, setup, *ground);
+    auto source = setup.model == "poses" ? make_recorded_poses(file, setup, *ground)
+                  : setup.multirotor     ? make_multirotor_flight(file, name, setup, *ground)
+                                         : make_flight(file, name, setup, *ground);
     if (!source) return fail(source.error().kind, fmt::format("vehicle {}: {}", name, source.error().message));
     if (const MotionPlan* plan = (*source)->motion_plan())
       run.file_.vehicles[run.vehicles_.size()].second.integration = plan->scheme;

@@ -169,7 +169,8 @@ Scheme read_integration(const YamlMap& yaml) {
 VehicleSetup read_vehicle(const YamlMap& yaml, const SceneSetup& scene) {
   VehicleSetup vehicle;
   take(yaml.text("model"), vehicle.model);
-  static constexpr std::array<std::string_view, 2> models = {"aerosonde", "poses"};
+  static constexpr std::array<std::string_view, 5> models = {"aerosonde", "multirotor", "multirotor_sil",
+                                                             "multirotor_lumped", "poses"};
   if (std::find(models.begin(), models.end(), vehicle.model) == models.end())
     yaml.fault("model", fmt::format("no model '{}'{}", vehicle.model, suggestion(vehicle.model, models)));
   if (vehicle.model == "poses") {
@@ -181,8 +182,16 @@ VehicleSetup read_vehicle(const YamlMap& yaml, const SceneSetup& scene) {
       start->require("height");
       vehicle.start = read_waypoint(*start, {});
       take(start->number("yaw_deg"), vehicle.yaw_deg);
-      take_positive(*start, "airspeed_mps", vehicle.airspeed_mps);
+      if (!is_multirotor(vehicle.model)) take_positive(*start, "airspeed_mps", vehicle.airspeed_mps);
     }
+    take(yaml.flag("repeat_mission"), vehicle.repeat_mission);
+    take_positive(yaml, "trajectory_tolerance_m", vehicle.trajectory_tolerance_m);
+    if (!(vehicle.trajectory_tolerance_m >= 1e-6)) yaml.fault("trajectory_tolerance_m", "expected at least 1e-6");
+    if (const auto integration = yaml.map("integration")) vehicle.integration = read_integration(*integration);
+  }
+  if (is_multirotor(vehicle.model)) {
+    vehicle.multirotor = read_multirotor(yaml, vehicle.start.height);
+  } else if (vehicle.model != "poses") {
     TypedHeight height = vehicle.start.height;
     for (const YamlMap& point : yaml.maps("mission")) {
       point.require("north_m");
@@ -191,10 +200,6 @@ VehicleSetup read_vehicle(const YamlMap& yaml, const SceneSetup& scene) {
       height = vehicle.mission.back().height;  // a waypoint without height keeps the last one's
     }
     take_positive(yaml, "turn_radius_m", vehicle.turn_radius_m);
-    take(yaml.flag("repeat_mission"), vehicle.repeat_mission);
-    take_positive(yaml, "trajectory_tolerance_m", vehicle.trajectory_tolerance_m);
-    if (!(vehicle.trajectory_tolerance_m >= 1e-6)) yaml.fault("trajectory_tolerance_m", "expected at least 1e-6");
-    if (const auto integration = yaml.map("integration")) vehicle.integration = read_integration(*integration);
   }
   if (const auto sensors = yaml.map("sensors"))
     for (const auto& [name, entry] : sensors->entries()) {
