@@ -253,8 +253,13 @@ Result<std::unique_ptr<FlownVehicle>> fly_multirotor(MultirotorFlight flight) {
   const double gravity = here.gravity_ecef_mps2.norm(), density = here.density_kgpm3;
   const double charge_ah = flight.vehicle.battery ? flight.charge_share * flight.vehicle.battery->capacity_ah : 0;
 
-  const auto gains = multirotor_gains(flight.vehicle, control_s, density, gravity);
+  auto gains = multirotor_gains(flight.vehicle, control_s, density, gravity);
   if (!gains) return fail(gains);
+  // Faster than the mission by half, to catch up
+  const TrajectoryLimits& asked = flight.mission.limits;
+  gains->max_speed_mps = std::max(gains->max_speed_mps, 1.5 * asked.speed_mps);
+  gains->max_climb_mps = std::max(gains->max_climb_mps, 1.5 * asked.climb_mps);
+  gains->max_descent_mps = std::max(gains->max_descent_mps, 1.5 * asked.descent_mps);
   auto mixer = Mixer::create(flight.vehicle, density);
   if (!mixer) return fail(mixer);
   if (auto ok = check(*gains, *mixer, control_s, gravity); !ok) return fail(ok);
