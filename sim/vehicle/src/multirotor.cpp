@@ -58,7 +58,7 @@ class Supply {
     double at_off = at - voltage_under(drawn(at));
     for (int i = 0; i < 40 && std::abs(at_off) > 1e-12 * open_v_; ++i) {
       (at_off > 0 ? high : low) = at;
-      // By the slope from here to a state without current; halved where that leaves the bracket
+      // By the slope of a millionth of the voltage; halved where that leaves the bracket
       const double probe = at * (1 - 1e-6), probe_off = probe - voltage_under(drawn(probe));
       double next = at - at_off * (at - probe) / (at_off - probe_off);
       if (!(next >= low && next <= high)) next = 0.5 * (low + high);
@@ -179,7 +179,7 @@ Loads rotor_loads(const Multirotor& vehicle, const BodyInAir& in_air, const Mult
   if (has_inertia(rotor)) {
     const double inertia = std::get<ElectricDrive>(rotor.drive).dynamics.rotor_inertia_kgm2;
     const Vector3d spin_axis = sense(rotor) * inertia * rotor.thrust_axis;
-    loads.moment_body_nm -= out.spin_radps2[i] * spin_axis + (in_air.rates_radps).cross(out.omega_radps[i] * spin_axis);
+    loads.moment_body_nm -= out.spin_radps2[i] * spin_axis + in_air.rates_radps.cross(out.omega_radps[i] * spin_axis);
   }
   return loads;
 }

@@ -43,7 +43,7 @@ class MultirotorMotion {
   CurrentModel currents_;
 };
 
-/// Slowest and fastest of the rotors at a speed: 1/s, 0 where none has inertia.
+/// How fast the fastest rotor returns to its balance from near given speeds, 1/s; 0 where none has inertia.
 double fastest_spin_rate_per_s(const Multirotor& vehicle, const RotorValues& omega_radps, double density_kgpm3);
 
 }  // namespace nadir::sim
