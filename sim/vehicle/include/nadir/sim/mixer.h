@@ -42,8 +42,8 @@ class Mixer {
   Eigen::Vector3d max_moment_nm(double thrust_n) const;
   /// The slowest rotor's lag or, with inertia, its mechanical time constant at hover; 0 where all follow at once.
   double slowest_lag_s() const { return slowest_lag_s_; }
-  /// A rotor with inertia turns the body by the torque that speeds it up too, which leads that of the air: yaw is as its
-  /// torque and this times its change. 0 without inertia.
+  /// A rotor with inertia turns the body by the torque that speeds it up too, which leads that of the air: yaw is as
+  /// its torque and this times its change. 0 without inertia.
   double yaw_lead_s() const { return yaw_lead_s_; }
 
  private:
