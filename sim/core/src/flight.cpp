@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "flight_air.h"
+#include "flight_parts.h"
 #include "nadir/sim/air_along_path.h"
 #include "nadir/sim/flown_fixed_wing.h"
 #include "nadir/sim/plan_flight.h"
@@ -100,6 +101,22 @@ Result<MotionPlan> motion_plan(const MakeFlight& make, const VehicleSetup& setup
 
 }  // namespace
 
+Result<Environment> environment_of(const RunFile& run, const LocalFrame& scene, const Geodetic& place) {
+  if (run.flat_earth) return Environment::flat(scene.origin());
+  const auto sea_level_m = geoid_height_m(place.lat_rad, place.lon_rad);
+  if (!sea_level_m) return fail(sea_level_m);
+  return Environment::wgs84(*sea_level_m, Atmosphere(run.air.atmosphere));
+}
+
+Result<std::unique_ptr<PoseSource>> planned_flight(const MakeFlight& make, const VehicleSetup& setup,
+                                                   std::int64_t duration_ns) {
+  const auto plan = motion_plan(make, setup, duration_ns);
+  if (!plan) return fail(plan);
+  auto flight = make(plan->scheme);
+  if (!flight) return fail(flight);
+  return std::make_unique<FlownPoses>(std::move(*flight), *plan);
+}
+
 Result<std::unique_ptr<PoseSource>> make_flight(const RunFile& run, const std::string& name, const VehicleSetup& setup,
                                                 const FlightPlan& plan, const render::Surface& ground) {
   const FixedWing vehicle = aerosonde();
@@ -107,14 +124,8 @@ Result<std::unique_ptr<PoseSource>> make_flight(const RunFile& run, const std::s
   const Geodetic place = geodetic_from_ecef(
       scene.ecef_from_enu() * Point<frame::Enu>{{plan.start.east_m, plan.start.north_m, plan.start.height_m}});
 
-  double sea_level_m = 0;
-  if (!run.flat_earth) {
-    const auto geoid_m = geoid_height_m(place.lat_rad, place.lon_rad);
-    if (!geoid_m) return fail(geoid_m);
-    sea_level_m = *geoid_m;
-  }
-  const Environment environment = run.flat_earth ? Environment::flat(scene.origin())
-                                                 : Environment::wgs84(sea_level_m, Atmosphere(run.air.atmosphere));
+  const auto environment = environment_of(run, scene, place);
+  if (!environment) return fail(environment);
   const double yaw_rad = to_radians(setup.yaw_deg);
   const MakeFlight make = [&](const Scheme& scheme) -> Result<Flight> {
     auto parts = make_air(run, name, vehicle.span_m, ground);
@@ -123,7 +134,7 @@ Result<std::unique_ptr<PoseSource>> make_flight(const RunFile& run, const std::s
                                    {std::cos(yaw_rad), std::sin(yaw_rad), 0}, setup.airspeed_mps);
     if (!air) return fail(air);
     auto flown = fly_fixed_wing({.vehicle = vehicle,
-                                 .environment = environment,
+                                 .environment = *environment,
                                  .scene = scene,
                                  .start = place,
                                  .yaw_rad = yaw_rad,
@@ -133,13 +144,9 @@ Result<std::unique_ptr<PoseSource>> make_flight(const RunFile& run, const std::s
                                  .tolerance_m = setup.trajectory_tolerance_m,
                                  .scheme = scheme});
     if (!flown) return fail(flown);
-    return Flight(environment, std::move(*air), std::move(*flown));
+    return Flight(*environment, std::move(*air), std::move(*flown));
   };
-  const auto motion = motion_plan(make, setup, run.duration_ns);
-  if (!motion) return fail(motion);
-  auto flight = make(motion->scheme);
-  if (!flight) return fail(flight);
-  return std::make_unique<FlownPoses>(std::move(*flight), *motion);
+  return planned_flight(make, setup, run.duration_ns);
 }
 
 Result<std::unique_ptr<PoseSource>> make_recorded_poses(const RunFile& run, const VehicleSetup& setup,

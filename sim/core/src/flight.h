@@ -13,6 +13,10 @@ namespace nadir::sim {
 Result<std::unique_ptr<PoseSource>> make_flight(const RunFile& run, const std::string& name, const VehicleSetup& setup,
                                                 const FlightPlan& plan, const render::Surface& ground);
 
+/// A multirotor flown by its autopilot, from hover or from standing on the ground.
+Result<std::unique_ptr<PoseSource>> make_multirotor_flight(const RunFile& run, const std::string& name,
+                                                           const VehicleSetup& setup, const render::Surface& ground);
+
 /// A vehicle that is where a pose file says; between its rows in a straight line, turning evenly.
 Result<std::unique_ptr<PoseSource>> make_recorded_poses(const RunFile& run, const VehicleSetup& setup,
                                                         const render::Surface& ground);

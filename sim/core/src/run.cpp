@@ -91,9 +91,11 @@ Result<Run> Run::prepare(const RunFile& file) {
       if (!prepared) return fail(prepared);
       run.sensors_.push_back(std::move(*prepared));
     }
-    if (setup.model == "poses") {
-      auto source = make_recorded_poses(file, setup, *ground);
+    if (setup.model == "poses" || setup.multirotor) {
+      auto source = setup.multirotor ? make_multirotor_flight(file, name, setup, *ground)
+                                     : make_recorded_poses(file, setup, *ground);
       if (!source) return fail(source.error().kind, fmt::format("vehicle {}: {}", name, source.error().message));
+      if (const MotionPlan* motion = (*source)->motion_plan()) setup.integration = motion->scheme;
       run.vehicles_.push_back({name, std::move(*source), {}});
       continue;
     }

@@ -180,7 +180,8 @@ Scheme read_integration(const YamlMap& yaml) {
 VehicleSetup read_vehicle(const YamlMap& yaml, const SceneSetup& scene) {
   VehicleSetup vehicle;
   take(yaml.text("model"), vehicle.model);
-  static constexpr std::array<std::string_view, 2> models = {"aerosonde", "poses"};
+  static constexpr std::array<std::string_view, 5> models = {"aerosonde", "multirotor", "multirotor_sil",
+                                                             "multirotor_lumped", "poses"};
   if (std::find(models.begin(), models.end(), vehicle.model) == models.end())
     yaml.fault("model", fmt::format("no model '{}'{}", vehicle.model, suggestion(vehicle.model, models)));
   const auto sensors = yaml.map("sensors");
@@ -195,16 +196,20 @@ VehicleSetup read_vehicle(const YamlMap& yaml, const SceneSetup& scene) {
       vehicle.start.place = read_place(*start);
       take_height(*start, "height", vehicle.start.height);
       take(start->number("yaw_deg"), vehicle.yaw_deg);
-      take_positive(*start, "airspeed_mps", vehicle.airspeed_mps);
+      if (!is_multirotor(vehicle.model)) take_positive(*start, "airspeed_mps", vehicle.airspeed_mps);
     }
-    take_positive(yaml, "turn_radius_m", vehicle.turn_radius_m);
     take(yaml.flag("repeat_mission"), vehicle.repeat_mission);
     take_positive(yaml, "trajectory_tolerance_m", vehicle.trajectory_tolerance_m);
     if (!(vehicle.trajectory_tolerance_m >= 1e-6)) yaml.fault("trajectory_tolerance_m", "expected at least 1e-6");
     if (const auto integration = yaml.map("integration")) vehicle.integration = read_integration(*integration);
-    std::vector<std::string_view> names;
-    for (const auto& [name, sensor] : vehicle.sensors) names.push_back(name);
-    vehicle.mission = read_mission(yaml, vehicle.start.height, vehicle.turn_radius_m, names);
+    if (is_multirotor(vehicle.model)) {
+      vehicle.multirotor = read_multirotor(yaml, vehicle.start.height);
+    } else {
+      take_positive(yaml, "turn_radius_m", vehicle.turn_radius_m);
+      std::vector<std::string_view> names;
+      for (const auto& [name, sensor] : vehicle.sensors) names.push_back(name);
+      vehicle.mission = read_mission(yaml, vehicle.start.height, vehicle.turn_radius_m, names);
+    }
   }
   if (sensors) check_rates(*sensors, vehicle);
   return vehicle;

@@ -51,13 +51,14 @@ std::string vehicle_text(const RunFile& run, const VehicleSetup& vehicle) {
   if (vehicle.model == "poses") {
     text += fmt::format("    poses: {}\n", yaml_quoted(run.resolve(vehicle.poses).string()));
   } else {
-    text +=
-        fmt::format("    start: {{{}, height: {}, yaw_deg: {}, airspeed_mps: {}}}\n", place_text(vehicle.start.place),
-                    height_text(vehicle.start.height), vehicle.yaw_deg, vehicle.airspeed_mps);
-    text +=
-        fmt::format("    turn_radius_m: {}\n    repeat_mission: {}\n", vehicle.turn_radius_m, vehicle.repeat_mission);
+    text += fmt::format("    start: {{{}, height: {}, yaw_deg: {}", place_text(vehicle.start.place),
+                        height_text(vehicle.start.height), vehicle.yaw_deg);
+    text += vehicle.multirotor ? std::string("}\n") : fmt::format(", airspeed_mps: {}}}\n", vehicle.airspeed_mps);
+    if (!vehicle.multirotor) text += fmt::format("    turn_radius_m: {}\n", vehicle.turn_radius_m);
+    text += fmt::format("    repeat_mission: {}\n", vehicle.repeat_mission);
     text += fmt::format("    trajectory_tolerance_m: {}\n", vehicle.trajectory_tolerance_m);
     if (vehicle.integration) text += integration_text(*vehicle.integration);
+    if (vehicle.multirotor) text += multirotor_text(*vehicle.multirotor);
     if (!vehicle.mission.empty()) text += "    mission:\n";
     for (const MissionItemSetup& item : vehicle.mission) text += fmt::format("      - {}\n", mission_item_text(item));
   }

@@ -17,6 +17,7 @@
 #include "nadir/sim/air_setup.h"
 #include "nadir/sim/integrator.h"
 #include "nadir/sim/mission_setup.h"
+#include "nadir/sim/multirotor_setup.h"
 #include "nadir/sim/scheduler.h"
 #include "nadir/tile/role.h"
 #include "nadir/tile/sample_type.h"
@@ -74,15 +75,16 @@ struct SensorSetup {
 };
 
 struct VehicleSetup {
-  std::string model = "aerosonde";  // or "poses": where a file says
+  std::string model = "aerosonde";  // or one of `multirotor_models`, or "poses": where a file says
   std::string poses;                // of model poses
   WaypointSetup start;
   double yaw_deg = 0, airspeed_mps = 25;
   std::vector<MissionItemSetup> mission;  // where empty: straight on
   double turn_radius_m = 150;
-  bool repeat_mission = false;           // else a circle at the end
-  double trajectory_tolerance_m = 1e-3;  // of what steps of the motion make of it
-  std::optional<Scheme> integration;     // else the cheapest within that tolerance: plan_flight
+  bool repeat_mission = false;                // else a circle at the end
+  std::optional<MultirotorSetup> multirotor;  // of its models, instead of mission, airspeed and turn radius
+  double trajectory_tolerance_m = 1e-3;       // of what steps of the motion make of it
+  std::optional<Scheme> integration;          // else the cheapest within that tolerance: plan_flight
   std::vector<std::pair<std::string, SensorSetup>> sensors;
 };
 

@@ -26,4 +26,43 @@ struct PropulsionOutput {
 /// Source: Beard and McLain, Small Unmanned Aircraft, supplement to section 4.3; rosflight_sim (ROS 2) has the same.
 PropulsionOutput propel(const Propulsion& propulsion, double throttle, double airspeed_mps, double density_kgpm3);
 
+/// The propeller alone, at a rate that something else says.
+PropulsionOutput propeller_at(const Propulsion& propulsion, double omega_radps, double airspeed_mps,
+                              double density_kgpm3);
+
+/// What a motor that turns at `omega_radps` draws once its current has settled; negative where it brakes.
+double settled_current_a(const Propulsion& propulsion, double voltage_v, double omega_radps);
+
+/// The throttle at which a propeller turns at `omega_radps`; not limited.
+double throttle_at(const Propulsion& propulsion, double omega_radps, double airspeed_mps, double density_kgpm3);
+
+/// What a motor has beyond the balance of torques.
+struct MotorDynamics {
+  double rotor_inertia_kgm2 = 0;  // of rotor and propeller about the shaft; 0: speed follows at once
+  double inductance_h = 0;        // of the winding; 0: current follows at once
+};
+
+/// Inductance over resistance.
+double electrical_time_constant_s(const Propulsion& propulsion, const MotorDynamics& dynamics);
+
+/// Of a speed back to that of the balance, at a speed, with the current settled.
+double mechanical_time_constant_s(const Propulsion& propulsion, const MotorDynamics& dynamics, double omega_radps,
+                                  double density_kgpm3);
+
+/// How fast the speed changes, rad/s^2, under a current and a propeller's torque. Friction stops, and does not turn
+/// backwards.
+double spin_change(const Propulsion& propulsion, const MotorDynamics& dynamics, double omega_radps, double current_a,
+                   double torque_nm);
+/// How fast the current changes, A/s.
+double current_change(const Propulsion& propulsion, const MotorDynamics& dynamics, double voltage_v, double omega_radps,
+                      double current_a);
+
+/// How fast the speed changes where the current is taken as settled, though it has an inductance: what current lags
+/// behind, L/R times its own change, is back-EMF of the speed's change, and acts as a little less inertia. Error: of
+/// the square of the electrical time constant over the mechanical one, and a delay of the former after a jump of
+/// voltage. Source: Kokotovic, Khalil and O'Reilly, Singular Perturbation Methods in Control, 1986, section 2.2 (the
+/// slow manifold to first order).
+double settled_spin_change(const Propulsion& propulsion, const MotorDynamics& dynamics, double voltage_v,
+                           double omega_radps, double torque_nm);
+
 }  // namespace nadir::sim

@@ -1,0 +1,96 @@
+#include "nadir/sim/multirotor_setup.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "nadir/geodesy/height.h"
+#include "read_yaml.h"
+
+namespace nadir::sim {
+namespace {
+
+MultirotorWaypointSetup read_waypoint(const YamlMap& yaml, const geodesy::TypedHeight& height) {
+  MultirotorWaypointSetup point;
+  point.place = read_place(yaml);
+  point.height = height;
+  take(parsed<geodesy::TypedHeight>(yaml, "height", geodesy::parse_height), point.height);
+  if (const auto hold = yaml.number("hold_s")) {
+    point.hold_s = hold;
+    if (!(*hold >= 0)) yaml.fault("hold_s", fmt::format("expected 0 or more, found {}", *hold));
+  }
+  point.yaw_deg = yaml.number("yaw_deg");
+  point.speed_mps = positive(yaml, "speed_mps");
+  return point;
+}
+
+BatterySetup read_battery(const YamlMap& yaml) {
+  BatterySetup battery;
+  if (const auto cells = yaml.integer("cells")) {
+    battery.cells = *cells;
+    if (*cells < 1 || *cells > 24) yaml.fault("cells", fmt::format("expected 1 to 24, found {}", *cells));
+  }
+  take_positive(yaml, "capacity_ah", battery.capacity_ah);
+  take_within(yaml, "resistance_ohm", 0, 10, battery.resistance_ohm);
+  take_within(yaml, "charge_share", 0, 1, battery.charge_share);
+  return battery;
+}
+
+}  // namespace
+
+bool is_multirotor(std::string_view model) {
+  return std::find(multirotor_models.begin(), multirotor_models.end(), model) != multirotor_models.end();
+}
+
+Multirotor multirotor_of(std::string_view model, const MultirotorSetup& setup) {
+  Multirotor vehicle = model == "multirotor_sil"      ? rosflight_sil_multirotor()
+                       : model == "multirotor_lumped" ? roscopter_multirotor()
+                                                      : rosflight_multirotor();
+  if (const auto& b = setup.battery)
+    vehicle.battery = lithium_polymer(static_cast<int>(b->cells), b->capacity_ah, b->resistance_ohm);
+  return vehicle;
+}
+
+MultirotorSetup read_multirotor(const YamlMap& vehicle, const geodesy::TypedHeight& start) {
+  MultirotorSetup setup;
+  geodesy::TypedHeight height = start;
+  for (const YamlMap& point : vehicle.maps("mission")) {
+    setup.mission.push_back(read_waypoint(point, height));
+    height = setup.mission.back().height;  // a waypoint without height keeps the last one's
+  }
+  if (const auto flight = vehicle.map("flight")) {
+    take_positive(*flight, "speed_mps", setup.speed_mps);
+    take_positive(*flight, "climb_mps", setup.climb_mps);
+    take_positive(*flight, "descent_mps", setup.descent_mps);
+    take_positive(*flight, "acceleration_mps2", setup.acceleration_mps2);
+    take(flight->flag("face_along"), setup.face_along);
+    take(flight->flag("land"), setup.land);
+    take_positive(*flight, "take_off_height_m", setup.take_off_height_m);
+    take_positive(*flight, "landing_mps", setup.landing_mps);
+  }
+  if (const auto battery = vehicle.map("battery")) setup.battery = read_battery(*battery);
+  return setup;
+}
+
+std::string multirotor_text(const MultirotorSetup& setup) {
+  std::string text = fmt::format(
+      "    flight: {{speed_mps: {}, climb_mps: {}, descent_mps: {}, acceleration_mps2: {}, face_along: {}, land: {},\n"
+      "      take_off_height_m: {}, landing_mps: {}}}\n",
+      setup.speed_mps, setup.climb_mps, setup.descent_mps, setup.acceleration_mps2, setup.face_along, setup.land,
+      setup.take_off_height_m, setup.landing_mps);
+  if (const auto& b = setup.battery)
+    text += fmt::format("    battery: {{cells: {}, capacity_ah: {}, resistance_ohm: {}, charge_share: {}}}\n", b->cells,
+                        b->capacity_ah, b->resistance_ohm, b->charge_share);
+  if (!setup.mission.empty()) text += "    mission:\n";
+  for (const MultirotorWaypointSetup& w : setup.mission) {
+    text += fmt::format("      - {{{}, height: {} {}", place_text(w.place), w.height.value_m,
+                        geodesy::to_string(w.height.datum));
+    if (w.hold_s) text += fmt::format(", hold_s: {}", *w.hold_s);
+    if (w.yaw_deg) text += fmt::format(", yaw_deg: {}", *w.yaw_deg);
+    if (w.speed_mps) text += fmt::format(", speed_mps: {}", *w.speed_mps);
+    text += "}\n";
+  }
+  return text;
+}
+
+}  // namespace nadir::sim
