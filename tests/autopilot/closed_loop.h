@@ -5,6 +5,7 @@
 
 #include "nadir/sim/autopilot.h"
 #include "nadir/sim/mission.h"
+#include "vehicle/aerosonde.h"
 
 namespace nadir::sim {
 

@@ -8,6 +8,7 @@
 #include "nadir/geodesy/geodetic.h"
 #include "nadir/sim/fixed_wing.h"
 #include "nadir/sim/trim.h"
+#include "vehicle/aerosonde.h"
 
 namespace nadir::sim {
 namespace {
@@ -37,7 +38,7 @@ TEST(AerosondeOracle, ForcesAtTwentyFiveMetresASecond) {
 }
 
 TEST(AerosondeOracle, MotorInFlightAndAtRest) {
-  const Propulsion motor = aerosonde().propulsion;
+  const FixedWingPropulsion motor = aerosonde().propulsion;
   struct Row {
     double throttle, airspeed, omega, thrust, thrust_digit, torque;
   };

@@ -1,4 +1,5 @@
 #include "nadir/sim/trim.h"
+#include "vehicle/aerosonde.h"
 
 #include <gtest/gtest.h>
 

@@ -173,6 +173,8 @@ std::vector<std::pair<std::string, YamlMap>> YamlMap::entries() const {
   return items;
 }
 
+std::size_t YamlMap::fault_count() const { return file_->faults.size(); }
+
 Result<void> YamlMap::finish() const {
   auto faults = file_->faults;
   for (const auto& node : file_->maps) {

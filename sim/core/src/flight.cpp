@@ -9,6 +9,7 @@
 #include "nadir/sim/flown_fixed_wing.h"
 #include "nadir/sim/plan_flight.h"
 #include "nadir/sim/pose_file.h"
+#include "nadir/sim/vehicle_file.h"
 
 namespace nadir::sim {
 namespace {
@@ -144,7 +145,7 @@ Result<MotionPlan> motion_plan(const MakeFlight& make, const VehicleSetup& setup
 
 Result<std::unique_ptr<PoseSource>> make_flight(const RunFile& run, const std::string& name, const VehicleSetup& setup,
                                                 const render::Surface& ground) {
-  const FixedWing vehicle = aerosonde();
+  const FixedWing vehicle = vehicle_model("aerosonde").value();
   const auto start = in_scene(setup.start, ground);
   if (!start) return fail(start);
   if (start->height_m <= ground.up_m())

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -46,6 +47,9 @@ class YamlMap {
     fault(key, parsed.error().message);
     return std::nullopt;
   }
+
+  /// How many faults are noted so far, in the whole file.
+  std::size_t fault_count() const;
 
   /// Error::Malformed with all faults of the file, unknown keys included.
   Result<void> finish() const;
