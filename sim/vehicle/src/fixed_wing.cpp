@@ -43,10 +43,8 @@ double attached_lift(const FixedWing& vehicle, double alpha_rad) {
 /// Normal force of a flat plate, from which lift and drag follow.
 double plate_normal(double sin_alpha) { return 2 * sin_alpha * std::abs(sin_alpha); }
 
-double lift_at(const FixedWing& vehicle, double alpha_rad) {
-  const double stalled = stall_blend(vehicle, alpha_rad);
-  return (1 - stalled) * attached_lift(vehicle, alpha_rad) +
-         stalled * plate_normal(std::sin(alpha_rad)) * std::cos(alpha_rad);
+double lift_over_stall(const FixedWing& vehicle, double alpha, double sin_alpha, double cos_alpha, double stalled) {
+  return (1 - stalled) * attached_lift(vehicle, alpha) + stalled * plate_normal(sin_alpha) * cos_alpha;
 }
 
 AtAlpha at_alpha(const FixedWing& vehicle, double alpha, double sin_alpha, double cos_alpha) {
@@ -59,7 +57,7 @@ AtAlpha at_alpha(const FixedWing& vehicle, double alpha, double sin_alpha, doubl
   const auto linear = [&](const Coefficient& c) { return c.zero + c.alpha * alpha_felt; };
 
   AtAlpha out;
-  out.lift = attached * linear_lift + stalled * normal * cos_alpha;
+  out.lift = lift_over_stall(vehicle, alpha, sin_alpha, cos_alpha, stalled);
   out.drag = linear(vehicle.drag) + induced;
   out.side = linear(vehicle.side), out.roll = linear(vehicle.roll), out.yaw = linear(vehicle.yaw);
   out.pitch = linear(vehicle.pitch);
@@ -79,10 +77,25 @@ double roll_damping(const FixedWing& vehicle, double alpha_rad, double bp_mps, d
   constexpr double middle = 0.5;  // of half the span
   const double more = std::atan2(middle * bp_mps, 2 * airspeed_mps);
   return vehicle.roll.p * airspeed_mps / (middle * vehicle.lift.alpha) *
-         (lift_at(vehicle, alpha_rad + more) - lift_at(vehicle, alpha_rad - more));
+         (lift_coefficient(vehicle, alpha_rad + more) - lift_coefficient(vehicle, alpha_rad - more));
 }
 
 }  // namespace
+
+double lift_coefficient(const FixedWing& vehicle, double alpha_rad) {
+  return lift_over_stall(vehicle, alpha_rad, std::sin(alpha_rad), std::cos(alpha_rad), stall_blend(vehicle, alpha_rad));
+}
+
+GreatestLift greatest_lift(const FixedWing& vehicle) {
+  // The lift rises up to somewhere before the stall's middle; the peak is flat, and steps of 1/400 err by 1e-4 of it
+  constexpr int steps = 400;
+  GreatestLift greatest;
+  for (int i = 0; i <= steps; ++i) {
+    const double alpha_rad = vehicle.stall_alpha_rad * i / steps, coefficient = lift_coefficient(vehicle, alpha_rad);
+    if (coefficient > greatest.coefficient) greatest = {coefficient, alpha_rad};
+  }
+  return greatest;
+}
 
 Loads aerodynamics(const FixedWing& vehicle, const AirData& air, const Vector3d& rates_radps, const Surfaces& surfaces,
                    double density_kgpm3) {

@@ -9,9 +9,9 @@ namespace nadir::sim {
 void ParameterLayer::check(std::string_view key, const ParameterRange& range, double value) const {
   const bool inside = (range.above_least ? value > range.least : value >= range.least) && value <= range.most;
   if (inside) return;
-  yaml_.fault(key, fmt::format("expected a number {} {} and up to {}, found {}{}{}",
-                               range.above_least ? "above" : "from", range.least, range.most, value,
-                               range.hint.empty() ? "" : ": ", range.hint));
+  yaml_.fault(key,
+              fmt::format("expected a number {} {} and up to {}, found {}{}{}", range.above_least ? "above" : "from",
+                          range.least, range.most, value, range.hint.empty() ? "" : ": ", range.hint));
 }
 
 void ParameterLayer::optional_number(std::string_view key, const ParameterRange& range, double& out) const {

@@ -29,7 +29,7 @@ constexpr std::array<std::string_view, 2> stall_model_names = {"lift", "airframe
 
 struct NamedCoefficient {
   const char* name;
-  Coefficient FixedWing::* at;
+  Coefficient FixedWing::*at;
 };
 constexpr std::array<NamedCoefficient, 6> coefficients = {{{"lift", &FixedWing::lift},
                                                            {"drag", &FixedWing::drag},
@@ -39,7 +39,7 @@ constexpr std::array<NamedCoefficient, 6> coefficients = {{{"lift", &FixedWing::
                                                            {"yaw", &FixedWing::yaw}}};
 struct NamedCause {
   const char* name;
-  double Coefficient::* at;
+  double Coefficient::*at;
 };
 constexpr std::array<NamedCause, 9> causes = {{{"zero", &Coefficient::zero},
                                                {"alpha", &Coefficient::alpha},
@@ -53,7 +53,7 @@ constexpr std::array<NamedCause, 9> causes = {{{"zero", &Coefficient::zero},
 
 struct NamedMoment {
   const char* name;
-  double Inertia::* at;
+  double Inertia::*at;
   bool product;
 };
 constexpr std::array<NamedMoment, 6> moments = {{{"jxx", &Inertia::jxx_kgm2, false},
@@ -185,8 +185,8 @@ void check_signs(const YamlMap& yaml, const FixedWing& vehicle) {
   const auto expect = [&](bool good, std::string_view key, std::string_view expected, double found,
                           std::string_view help = {}) {
     if (!good)
-      yaml.fault("coefficients", fmt::format("{}: expected {}, found {}{}{}", key, expected, found,
-                                             help.empty() ? "" : ": ", help));
+      yaml.fault("coefficients",
+                 fmt::format("{}: expected {}, found {}{}{}", key, expected, found, help.empty() ? "" : ": ", help));
   };
   const double slope = vehicle.lift.alpha;
   expect(slope > 0, "lift.alpha", "more than 0", slope, "lift rises with alpha");
@@ -285,14 +285,16 @@ Result<FixedWing> read_vehicle_file(const std::filesystem::path& path) {
 std::vector<std::string> vehicle_warnings(const FixedWing& vehicle) {
   std::vector<std::string> warnings;
   if (vehicle.pitch.alpha > 0)
-    warnings.push_back(fmt::format("unstable in pitch: pitch.alpha is {}, so its centre of mass lies {:.2g} chords "
-                                   "behind its neutral point",
-                                   vehicle.pitch.alpha, vehicle.pitch.alpha / vehicle.lift.alpha));
-  if (vehicle.yaw.beta < 0)
-    warnings.push_back(fmt::format("unstable in yaw: yaw.beta is {}, so its nose turns out of the wind", vehicle.yaw.beta));
-  if (vehicle.roll.beta > 0)
     warnings.push_back(
-        fmt::format("rolls into a side-slip: roll.beta is {}, a wing that droops; its spiral grows", vehicle.roll.beta));
+        fmt::format("unstable in pitch: pitch.alpha is {}, so its centre of mass lies {:.2g} chords "
+                    "behind its neutral point",
+                    vehicle.pitch.alpha, vehicle.pitch.alpha / vehicle.lift.alpha));
+  if (vehicle.yaw.beta < 0)
+    warnings.push_back(
+        fmt::format("unstable in yaw: yaw.beta is {}, so its nose turns out of the wind", vehicle.yaw.beta));
+  if (vehicle.roll.beta > 0)
+    warnings.push_back(fmt::format("rolls into a side-slip: roll.beta is {}, a wing that droops; its spiral grows",
+                                   vehicle.roll.beta));
   if (vehicle.drag.zero == 0) warnings.push_back("no parasitic drag: drag.zero is 0");
   return warnings;
 }
@@ -319,10 +321,11 @@ std::string to_yaml(const FixedWing& vehicle, std::string_view indent) {
   }
   line("propulsion:");
   if (const auto* m = std::get_if<Propulsion>(&vehicle.propulsion))
-    line(fmt::format("  electric: {{diameter_m: {}, thrust: [{}, {}, {}], torque: [{}, {}, {}], kq_vspr: {}, "
-                     "max_voltage_v: {}, resistance_ohm: {}, no_load_current_a: {}}}",
-                     m->diameter_m, m->ct0, m->ct1, m->ct2, m->cq0, m->cq1, m->cq2, m->kq_vspr, m->max_voltage_v,
-                     m->resistance_ohm, m->no_load_current_a));
+    line(
+        fmt::format("  electric: {{diameter_m: {}, thrust: [{}, {}, {}], torque: [{}, {}, {}], kq_vspr: {}, "
+                    "max_voltage_v: {}, resistance_ohm: {}, no_load_current_a: {}}}",
+                    m->diameter_m, m->ct0, m->ct1, m->ct2, m->cq0, m->cq1, m->cq2, m->kq_vspr, m->max_voltage_v,
+                    m->resistance_ohm, m->no_load_current_a));
   else if (const auto* s = std::get_if<Slipstream>(&vehicle.propulsion))
     line(fmt::format("  slipstream: {{area_m2: {}, coefficient: {}, full_speed_mps: {}, full_torque_nm: {}}}",
                      s->area_m2, s->coefficient, s->full_speed_mps, s->full_torque_nm));

@@ -72,12 +72,22 @@ Surfaces surfaces_after(const FixedWing& vehicle, const Surfaces& from, const Su
 /// functions, which does not overflow.
 double stall_blend(const FixedWing& vehicle, double alpha_rad);
 
+/// Of the wing, over the stall, with surfaces in the middle and no rates.
+double lift_coefficient(const FixedWing& vehicle, double alpha_rad);
+
+/// The greatest of them, and where it is.
+struct GreatestLift {
+  double coefficient = 0, alpha_rad = 0;
+};
+GreatestLift greatest_lift(const FixedWing& vehicle);
+
 /// What air and surfaces do, without the propeller.
 /// Terms with body rates are written with Va in the numerator, so that nothing is divided by airspeed and the loads
 /// fade to zero with it. `rates_radps`: against the air, as it turns itself.
 ///
 /// A stall that changes the airframe fades what is linear in alpha into plates, finite and continuous at every angle:
-/// - The wing lifts 2 sin^2 cos and drags 2 sin^3 of alpha (Beard and McLain, equation 4.10), and its centre of pressure
+/// - The wing lifts 2 sin^2 cos and drags 2 sin^3 of alpha (Beard and McLain, equation 4.10), and its centre of
+/// pressure
 ///   moves from the quarter chord to 0.5 - 0.175 (1 - 2 |alpha| / pi) chords behind the leading edge (Lindenburg,
 ///   Investigation into Rotor Blade Aerodynamics, ECN-C--03-025, 2003). The mass is taken to lie at its quarter chord.
 /// - The tail, which is then what keeps the nose down, goes on with sin alpha.

@@ -18,9 +18,9 @@ std::vector<std::string_view> vehicle_models();
 /// One of them: "aerosonde". Fails where there is none of that name, and proposes the nearest.
 Result<FixedWing> vehicle_model(std::string_view name);
 
-/// A vehicle from a map of parameters. Either all of them, as the files of shipped models have them; or `base`, the name
-/// of one of those, or `file`, such a file (relative to `folder`), with what differs from it. Notes faults in `yaml`, and
-/// gives nothing where it has any.
+/// A vehicle from a map of parameters. Either all of them, as the files of shipped models have them; or `base`, the
+/// name of one of those, or `file`, such a file (relative to `folder`), with what differs from it. Notes faults in
+/// `yaml`, and gives nothing where it has any.
 std::optional<FixedWing> read_vehicle(const YamlMap& yaml, const std::filesystem::path& folder);
 
 /// From a file, which may have a `base`, but no `file`. All faults are in one message, each with its line.
