@@ -82,9 +82,9 @@ Result<YamlMap> YamlMap::parse(const std::string& file_name, const std::string& 
   try {  // yaml-cpp reports by exception
     const std::vector<int> lines = first_document_lines(text);
     if (lines.size() > 1)
-      return fail(Error::Kind::Malformed,
-                  fmt::format("{}:{}: expected one document, found another: remove the line '---'", file_name,
-                              lines[1]));
+      return fail(
+          Error::Kind::Malformed,
+          fmt::format("{}:{}: expected one document, found another: remove the line '---'", file_name, lines[1]));
     const YAML::Node root = YAML::Load(text);
     if (!root.IsMap()) return fail(Error::Kind::Malformed, fmt::format("{}:1: expected 'key: value' lines", file_name));
     return file->add(file, root, "");
@@ -97,6 +97,8 @@ bool YamlMap::has(std::string_view key) const {
   const YAML::Node value = node_->find(key);
   return value.IsDefined() && !value.IsNull();
 }
+
+bool YamlMap::is_map(std::string_view key) const { return node_->find(key).IsMap(); }
 
 void YamlMap::require(std::string_view key) const {
   if (!has(key)) file_->faults.emplace_back(node_->line(), fmt::format("expected the key '{}'", node_->name(key)));

@@ -145,7 +145,7 @@ Result<MotionPlan> motion_plan(const MakeFlight& make, const VehicleSetup& setup
 
 Result<std::unique_ptr<PoseSource>> make_flight(const RunFile& run, const std::string& name, const VehicleSetup& setup,
                                                 const render::Surface& ground) {
-  const FixedWing vehicle = vehicle_model("aerosonde").value();
+  const FixedWing vehicle = setup.parameters ? *setup.parameters : vehicle_model(setup.model).value();
   const auto start = in_scene(setup.start, ground);
   if (!start) return fail(start);
   if (start->height_m <= ground.up_m())
@@ -193,6 +193,8 @@ Result<std::unique_ptr<PoseSource>> make_flight(const RunFile& run, const std::s
                                  .airspeed_mps = setup.airspeed_mps,
                                  .wind_ned_mps = air->air().end().velocity_ned_mps,
                                  .mission = *mission,
+                                 .change_gains = [autopilot = setup.autopilot](FlightGains& gains) { autopilot.apply(gains); },
+                                 .fly_unstable = setup.autopilot.fly_unstable,
                                  .tolerance_m = setup.trajectory_tolerance_m,
                                  .scheme = scheme});
     if (!flown) return fail(flown);

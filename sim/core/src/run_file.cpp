@@ -11,6 +11,7 @@
 #include "nadir/base/files.h"
 #include "nadir/base/text.h"
 #include "nadir/base/yaml.h"
+#include "nadir/sim/vehicle_file.h"
 #include "read_yaml.h"
 
 namespace nadir::sim {
@@ -166,12 +167,26 @@ Scheme read_integration(const YamlMap& yaml) {
   return scheme;
 }
 
-VehicleSetup read_vehicle(const YamlMap& yaml, const SceneSetup& scene) {
-  VehicleSetup vehicle;
+/// A name, or parameters of the vehicle's own.
+void read_model(const YamlMap& yaml, const std::filesystem::path& folder, VehicleSetup& vehicle) {
+  if (yaml.is_map("model")) {
+    vehicle.parameters = sim::read_vehicle(*yaml.map("model"), folder);
+    if (vehicle.parameters) vehicle.airspeed_mps = vehicle.parameters->cruise_mps;
+    return;
+  }
   take(yaml.text("model"), vehicle.model);
-  static constexpr std::array<std::string_view, 2> models = {"aerosonde", "poses"};
+  if (vehicle.model == "poses") return;
+  std::vector<std::string_view> models = vehicle_models();
+  models.push_back("poses");
   if (std::find(models.begin(), models.end(), vehicle.model) == models.end())
     yaml.fault("model", fmt::format("no model '{}'{}", vehicle.model, suggestion(vehicle.model, models)));
+  else
+    vehicle.airspeed_mps = vehicle_model(vehicle.model).value().cruise_mps;
+}
+
+VehicleSetup read_vehicle(const YamlMap& yaml, const SceneSetup& scene, const std::filesystem::path& folder) {
+  VehicleSetup vehicle;
+  read_model(yaml, folder, vehicle);
   if (vehicle.model == "poses") {
     yaml.require("poses");
     take(yaml.text("poses"), vehicle.poses);
@@ -192,6 +207,7 @@ VehicleSetup read_vehicle(const YamlMap& yaml, const SceneSetup& scene) {
     }
     take_positive(yaml, "turn_radius_m", vehicle.turn_radius_m);
     take(yaml.flag("repeat_mission"), vehicle.repeat_mission);
+    if (const auto autopilot = yaml.map("autopilot")) vehicle.autopilot = read_autopilot(*autopilot);
     take_positive(yaml, "trajectory_tolerance_m", vehicle.trajectory_tolerance_m);
     if (!(vehicle.trajectory_tolerance_m >= 1e-6)) yaml.fault("trajectory_tolerance_m", "expected at least 1e-6");
     if (const auto integration = yaml.map("integration")) vehicle.integration = read_integration(*integration);
@@ -251,7 +267,7 @@ void read_run(const YamlMap& yaml, RunFile& run) {
   if (const auto vehicles = yaml.map("vehicles"))
     for (const auto& [name, entry] : vehicles->entries()) {
       check_name(*vehicles, name);
-      run.vehicles.emplace_back(name, read_vehicle(entry, run.scene));
+      run.vehicles.emplace_back(name, read_vehicle(entry, run.scene, run.folder));
     }
   if (yaml.has("vehicles") && run.vehicles.empty()) yaml.fault("vehicles", "expected at least one vehicle");
   if (const auto record = yaml.map("record")) read_record(*record, run);

@@ -2,6 +2,7 @@
 
 #include "nadir/base/yaml.h"
 #include "nadir/sim/run_file.h"
+#include "nadir/sim/vehicle_file.h"
 
 namespace nadir::sim {
 namespace {
@@ -52,7 +53,8 @@ std::string integration_text(const Scheme& scheme) {
 }
 
 std::string vehicle_text(const RunFile& run, const VehicleSetup& vehicle) {
-  std::string text = fmt::format("    model: {}\n", vehicle.model);
+  std::string text = vehicle.parameters ? "    model:\n" + to_yaml(*vehicle.parameters, "      ")
+                                        : fmt::format("    model: {}\n", vehicle.model);
   if (vehicle.model == "poses") {
     text += fmt::format("    poses: {}\n", yaml_quoted(run.resolve(vehicle.poses).string()));
   } else {
@@ -61,6 +63,7 @@ std::string vehicle_text(const RunFile& run, const VehicleSetup& vehicle) {
                         vehicle.airspeed_mps);
     text +=
         fmt::format("    turn_radius_m: {}\n    repeat_mission: {}\n", vehicle.turn_radius_m, vehicle.repeat_mission);
+    text += fmt::format("    autopilot: {}\n", autopilot_text(vehicle.autopilot));
     text += fmt::format("    trajectory_tolerance_m: {}\n", vehicle.trajectory_tolerance_m);
     if (vehicle.integration) text += integration_text(*vehicle.integration);
     if (!vehicle.mission.empty()) text += "    mission:\n";

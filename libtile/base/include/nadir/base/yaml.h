@@ -25,6 +25,7 @@ class YamlMap {
   static Result<YamlMap> parse(const std::string& file, const std::string& text);
 
   bool has(std::string_view key) const;
+  bool is_map(std::string_view key) const;  // what `map` gives, or a single value?
   /// Notes a fault where the key is missing.
   void require(std::string_view key) const;
 

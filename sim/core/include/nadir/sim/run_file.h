@@ -15,6 +15,7 @@
 #include "nadir/render/quality.h"
 #include "nadir/render/renderer.h"
 #include "nadir/sim/air_setup.h"
+#include "nadir/sim/autopilot_setup.h"
 #include "nadir/sim/integrator.h"
 #include "nadir/sim/scheduler.h"
 #include "nadir/tile/role.h"
@@ -77,10 +78,13 @@ struct WaypointSetup {
 };
 
 struct VehicleSetup {
-  std::string model = "aerosonde";  // or "poses": where a file says
-  std::string poses;                // of model poses
+  std::string model = "aerosonde";      // of vehicle_models(); or "poses": where a file says
+  std::optional<FixedWing> parameters;  // in place of the model's
+  AutopilotSetup autopilot;
+  std::string poses;  // of model poses
   WaypointSetup start;
-  double yaw_deg = 0, airspeed_mps = 25;
+  double yaw_deg = 0;
+  double airspeed_mps = 25;            // the model's own unless told
   std::vector<WaypointSetup> mission;  // where empty: straight on
   double turn_radius_m = 150;
   bool repeat_mission = false;           // else a circle at the end
