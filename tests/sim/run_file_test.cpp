@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <tuple>
 
+#include "nadir/sim/vehicle_file.h"
 #include "support/temporary_folder.h"
 
 namespace nadir::sim {

@@ -9,7 +9,6 @@
 #include "nadir/sim/flown_fixed_wing.h"
 #include "nadir/sim/plan_flight.h"
 #include "nadir/sim/pose_file.h"
-#include "nadir/sim/vehicle_file.h"
 
 namespace nadir::sim {
 namespace {
@@ -145,7 +144,7 @@ Result<MotionPlan> motion_plan(const MakeFlight& make, const VehicleSetup& setup
 
 Result<std::unique_ptr<PoseSource>> make_flight(const RunFile& run, const std::string& name, const VehicleSetup& setup,
                                                 const render::Surface& ground) {
-  const FixedWing vehicle = setup.parameters ? *setup.parameters : vehicle_model(setup.model).value();
+  const FixedWing vehicle = setup.fixed_wing();
   const auto start = in_scene(setup.start, ground);
   if (!start) return fail(start);
   if (start->height_m <= ground.up_m())
@@ -185,18 +184,19 @@ Result<std::unique_ptr<PoseSource>> make_flight(const RunFile& run, const std::s
     auto air = AirAlongPath::start(std::move(*parts), ecef_from_geodetic(place),
                                    {std::cos(yaw_rad), std::sin(yaw_rad), 0}, setup.airspeed_mps);
     if (!air) return fail(air);
-    auto flown = fly_fixed_wing({.vehicle = vehicle,
-                                 .environment = environment,
-                                 .scene = scene,
-                                 .start = place,
-                                 .yaw_rad = yaw_rad,
-                                 .airspeed_mps = setup.airspeed_mps,
-                                 .wind_ned_mps = air->air().end().velocity_ned_mps,
-                                 .mission = *mission,
-                                 .change_gains = [autopilot = setup.autopilot](FlightGains& gains) { autopilot.apply(gains); },
-                                 .fly_unstable = setup.autopilot.fly_unstable,
-                                 .tolerance_m = setup.trajectory_tolerance_m,
-                                 .scheme = scheme});
+    auto flown =
+        fly_fixed_wing({.vehicle = vehicle,
+                        .environment = environment,
+                        .scene = scene,
+                        .start = place,
+                        .yaw_rad = yaw_rad,
+                        .airspeed_mps = setup.airspeed_mps,
+                        .wind_ned_mps = air->air().end().velocity_ned_mps,
+                        .mission = *mission,
+                        .change_gains = [autopilot = setup.autopilot](FlightGains& gains) { autopilot.apply(gains); },
+                        .fly_unstable = setup.autopilot.fly_unstable,
+                        .tolerance_m = setup.trajectory_tolerance_m,
+                        .scheme = scheme});
     if (!flown) return fail(flown);
     return Flight(environment, std::move(*air), std::move(*flown));
   };

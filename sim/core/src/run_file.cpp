@@ -171,7 +171,7 @@ Scheme read_integration(const YamlMap& yaml) {
 void read_model(const YamlMap& yaml, const std::filesystem::path& folder, VehicleSetup& vehicle) {
   if (yaml.is_map("model")) {
     vehicle.parameters = sim::read_vehicle(*yaml.map("model"), folder);
-    if (vehicle.parameters) vehicle.airspeed_mps = vehicle.parameters->cruise_mps;
+    if (vehicle.parameters) vehicle.airspeed_mps = vehicle.fixed_wing().cruise_mps;
     return;
   }
   take(yaml.text("model"), vehicle.model);
@@ -181,7 +181,7 @@ void read_model(const YamlMap& yaml, const std::filesystem::path& folder, Vehicl
   if (std::find(models.begin(), models.end(), vehicle.model) == models.end())
     yaml.fault("model", fmt::format("no model '{}'{}", vehicle.model, suggestion(vehicle.model, models)));
   else
-    vehicle.airspeed_mps = vehicle_model(vehicle.model).value().cruise_mps;
+    vehicle.airspeed_mps = vehicle.fixed_wing().cruise_mps;
 }
 
 VehicleSetup read_vehicle(const YamlMap& yaml, const SceneSetup& scene, const std::filesystem::path& folder) {
@@ -279,6 +279,8 @@ render::Mount SensorSetup::mount() const {
   const auto &p = mount_position_m, &a = mount_yaw_pitch_roll_deg;
   return {{p[0], p[1], p[2]}, geodesy::YawPitchRoll::degrees(a[0], a[1], a[2])};
 }
+
+FixedWing VehicleSetup::fixed_wing() const { return parameters ? *parameters : vehicle_model(model).value(); }
 
 Result<RunFile> read_run_file(const std::filesystem::path& path) {
   const auto text = read_text_file(path);

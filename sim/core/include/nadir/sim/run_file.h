@@ -91,6 +91,8 @@ struct VehicleSetup {
   double trajectory_tolerance_m = 1e-3;  // of what steps of the motion make of it
   std::optional<Scheme> integration;     // else the cheapest within that tolerance: plan_flight
   std::vector<std::pair<std::string, SensorSetup>> sensors;
+
+  FixedWing fixed_wing() const;  // of the parameters or the model; there must be one
 };
 
 enum class TelemetryFormat {
