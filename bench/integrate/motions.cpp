@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "nadir/sim/trim.h"
+#include "nadir/sim/vehicle_file.h"
 
 namespace nadir::bench {
 namespace {
@@ -112,7 +113,7 @@ Motion<4> landing_gear() {
 Motion<13> aerosonde_in(Flight flight) {
   using namespace sim;
   const auto place = geodesy::Geodetic::degrees(38.1, -0.76, 3000);
-  const FixedWing vehicle = aerosonde();
+  const FixedWing vehicle = vehicle_model("aerosonde").value();
   const Environment air = Environment::wgs84();
   const auto steady = trim(vehicle, {.airspeed_mps = 25}, air, place);
   const Trim cruise = steady.value();

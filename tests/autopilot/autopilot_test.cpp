@@ -108,16 +108,17 @@ TEST(Autopilot, RegainsTwoMetresASecondOfAirspeed) {
 struct MissionErrors {
   double right_m = 0, above_m = 0, airspeed_mps = 0;
 };
-/// Greatest errors of ten minutes around the square, from half a minute on.
+/// Greatest errors of a flight around the square, from half a minute on.
 MissionErrors around_the_square(const Environment& environment, const Vector3d& wind, double height_m = 3000,
-                                double airspeed_mps = 25) {
-  ClosedLoop loop(environment, height_m, wind, airspeed_mps);
+                                double airspeed_mps = 25, const std::function<void(FlightGains&)>& change = {},
+                                const FixedWing& vehicle = aerosonde(), double seconds = 600) {
+  ClosedLoop loop(environment, height_m, wind, airspeed_mps, change, vehicle);
   Mission mission = square(loop.now().height_m, 150);
   MissionErrors worst;
   double t = 0;
   bool turned = false;
   loop.fly(
-      600, [&](const Navigation& now) { return follow(mission.piece_at(now, 0).path, now, PathGains{}); },
+      seconds, [&](const Navigation& now) { return follow(mission.piece_at(now, 0).path, now, loop.gains.path); },
       [&](const Navigation& now) {
         t += steps_per_command * step_s;
         const Path& path = mission.piece_at(now, 0).path;
@@ -161,6 +162,32 @@ TEST(ClosedLoopMission, TheGainsHoldFromTwentyToThirtyMetresASecond) {
   }
 }
 
+TEST(ClosedLoopMission, EveryModelFliesTheSquareInWindWithGainsFromItsOwnDerivatives) {
+  for (const std::string_view name : vehicle_models()) {
+    const FixedWing vehicle = vehicle_model(name).value();
+    const double across_m = name == "junker" ? 3.9 : 1.1;  // whose ailerons turn it at 6 rad/s at most
+    for (const Control control : {Control::SuccessiveLoops, Control::TotalEnergy}) {
+      const MissionErrors worst = around_the_square(
+          earth, Vector3d(2, -4, 0), 300, vehicle.cruise_mps,
+          [&](FlightGains& gains) { gains.autopilot.control = control; }, vehicle, 300);
+      EXPECT_LT(worst.right_m, across_m) << name;
+      EXPECT_LT(worst.above_m, 0.37) << name;
+      EXPECT_LT(worst.airspeed_mps, 0.07) << name;
+    }
+  }
+}
+
+TEST(ClosedLoopMission, TotalEnergyHoldsTheHeightCloserAndTheAirspeedLessSo) {
+  const auto flown = [](Control control) {
+    return around_the_square(earth, still_air, 3000, 25,
+                             [&](FlightGains& gains) { gains.autopilot.control = control; });
+  };
+  const MissionErrors loops = flown(Control::SuccessiveLoops), energy = flown(Control::TotalEnergy);
+  EXPECT_LT(energy.above_m, 0.9 * loops.above_m);
+  EXPECT_LT(energy.airspeed_mps, 0.1);
+  EXPECT_GT(energy.airspeed_mps, loops.airspeed_mps);
+}
+
 TEST(ClosedLoopMission, WindBeyondTheAirspeedBlowsItOffItsPathAndNothingElse) {
   const MissionErrors worst = around_the_square(earth, Vector3d(18, -24, 0));
   EXPECT_GT(worst.right_m, 1000);
@@ -173,7 +200,7 @@ TEST(ClosedLoopMission, TheSameFlightGivesTheSameBits) {
     ClosedLoop loop(earth, 3000, Vector3d(3, -8, 0));
     Mission mission = square(loop.now().height_m, 150);
     loop.fly(
-        60, [&](const Navigation& now) { return follow(mission.piece_at(now, 0).path, now, PathGains{}); },
+        60, [&](const Navigation& now) { return follow(mission.piece_at(now, 0).path, now, loop.gains.path); },
         [](const Navigation&) {});
     return to_vector(loop.state);
   };
@@ -186,7 +213,7 @@ TEST(ClosedLoopMission, EndsInACircleThatTouchesTheLastWaypoint) {
   const double height_m = loop.now().height_m;
   const MissionItem only = Waypoint{500, 0, height_m};
   Mission mission = Mission::create({0, 0, height_m}, {&only, 1}, 150).value();
-  const auto guide = [&](const Navigation& now) { return follow(mission.piece_at(now, 0).path, now, PathGains{}); };
+  const auto guide = [&](const Navigation& now) { return follow(mission.piece_at(now, 0).path, now, loop.gains.path); };
   loop.fly(19, guide, [](const Navigation&) {});
   EXPECT_FALSE(mission.finished());
   loop.fly(30, guide, [](const Navigation&) {});
@@ -200,7 +227,7 @@ TEST(ClosedLoopMission, EndsInACircleThatTouchesTheLastWaypoint) {
 TEST(Autopilot, IntegratorsDoNotWindUpWhileTheMotorGivesAllItCan) {
   // A minute of climbing after a height out of reach, at full throttle and slower than asked for, then level: the
   // airspeed must not overshoot by what a minute of error would have added, 0.06 * 1 m/s * 60 s = 3.6 of throttle.
-  ClosedLoop loop(earth, 3000, still_air, 25, {.max_climb_mps = 9});
+  ClosedLoop loop(earth, 3000, still_air, 25, [](FlightGains& gains) { gains.autopilot.max_climb_mps = 9; });
   bool full = false;
   loop.fly(
       60, [](const Navigation& now) { return Guidance{.height_m = now.height_m + 100}; },
@@ -217,8 +244,8 @@ TEST(Autopilot, IntegratorsDoNotWindUpWhileTheMotorGivesAllItCan) {
 }
 
 TEST(Autopilot, CommandsStayInTheirLimitsFromAnyAttitude) {
-  const AutopilotGains gains;
   ClosedLoop loop(flat, 1000, still_air);
+  const AutopilotGains& gains = loop.gains.autopilot;
   for (const double yaw : {0.0, 3.0})
     for (const double pitch : {-1.5, 0.0, 1.5707963267948966})
       for (const double roll : {-3.0, 0.0, 1.5707963267948966, 3.0})
@@ -227,7 +254,7 @@ TEST(Autopilot, CommandsStayInTheirLimitsFromAnyAttitude) {
           now.attitude = {yaw, pitch, roll};
           now.airspeed_mps = airspeed;
           now.rates_radps = {5, -5, 5};
-          Autopilot autopilot(feed_forward(aerosonde(), 25, 1.2682, 9.81).value());
+          Autopilot autopilot(feed_forward(aerosonde(), 25, 1.2682, 9.81).value(), gains);
           const Controls c = autopilot.step({.course_rad = 2, .height_m = 5000}, now, 0.01);
           for (const double surface : {c.surfaces.elevator_rad, c.surfaces.aileron_rad, c.surfaces.rudder_rad})
             EXPECT_LE(std::abs(surface), gains.max_surface_rad);  // false for NaN as well

@@ -1,10 +1,13 @@
 #pragma once
 
 #include <cmath>
+#include <functional>
 #include <stdexcept>
+#include <vector>
 
-#include "nadir/sim/autopilot.h"
+#include "nadir/sim/closed_loop_modes.h"
 #include "nadir/sim/mission.h"
+#include "vehicle/aerosonde.h"
 
 namespace nadir::sim {
 
@@ -12,16 +15,20 @@ inline constexpr double step_s = 1.0 / 400;  // of the vehicle
 inline constexpr int steps_per_command = 4;  // the autopilot at 100 Hz
 inline const geodesy::Geodetic scene_origin = geodesy::Geodetic::degrees(38.1, -0.76, 0);
 
-/// An Aerosonde with its autopilot, trimmed over the scene's origin and heading north. Vehicle at 400 Hz,
+/// A vehicle with its autopilot, trimmed over the scene's origin and heading north. Vehicle at 400 Hz,
 /// autopilot at 100 Hz.
 class ClosedLoop {
  public:
   ClosedLoop(const Environment& environment, double height_m, const Eigen::Vector3d& wind_ned_mps,
-             double airspeed_mps = 25, const AutopilotGains& gains = {})
-      : environment_(environment),
+             double airspeed_mps = 25, const std::function<void(FlightGains&)>& change = {},
+             const FixedWing& vehicle = aerosonde())
+      : vehicle_(vehicle),
+        environment_(environment),
         wind_(wind_ned_mps),
-        feed_forward_(feed_forward_at(environment, height_m, airspeed_mps)),
-        autopilot(feed_forward_, gains),
+        here_(environment.at(geodesy::ecef_from_geodetic(place(height_m)))),
+        feed_forward_(feed_forward(vehicle, airspeed_mps, here_.density_kgpm3, gravity_mps2()).value()),
+        gains(gains_with(change)),
+        autopilot(feed_forward_, gains.autopilot),
         state(trimmed_state(feed_forward_.level, environment, place(height_m), 0, wind_ned_mps)) {}
 
   Navigation now() const { return true_navigation(state, environment_, wind_, scene_); }
@@ -46,20 +53,27 @@ class ClosedLoop {
 
  private:
   static geodesy::Geodetic place(double height_m) { return {scene_origin.lat_rad, scene_origin.lon_rad, height_m}; }
-  static FeedForward feed_forward_at(const Environment& environment, double height_m, double airspeed_mps) {
-    const Surroundings here = environment.at(geodesy::ecef_from_geodetic(place(height_m)));
-    return feed_forward(aerosonde(), airspeed_mps, here.density_kgpm3, here.gravity_ecef_mps2.norm()).value();
+  double gravity_mps2() const { return here_.gravity_ecef_mps2.norm(); }
+  FlightGains gains_with(const std::function<void(FlightGains&)>& change) const {
+    FlightGains out = designed_gains(vehicle_, feed_forward_.level, here_.density_kgpm3, gravity_mps2());
+    if (change) change(out);
+    return out;
   }
 
-  FixedWing vehicle_ = aerosonde();
+  FixedWing vehicle_;
   Environment environment_;
   Eigen::Vector3d wind_;
+  Surroundings here_;
   geodesy::LocalFrame scene_{scene_origin};
   FeedForward feed_forward_;
   long step_ = 0;
 
  public:
+  FlightGains gains;
   Autopilot autopilot;
+  std::vector<LoopMode> modes() const {
+    return closed_loop_modes(vehicle_, feed_forward_, gains, here_.density_kgpm3, gravity_mps2());
+  }
   FixedWingState state;
   Controls controls;
 };

@@ -196,9 +196,13 @@ TEST(YamlMap, WhatIsNoMapOrNoYamlIsRefusedWithItsLine) {
   EXPECT_TRUE(contains(refusal("a: 1\n\tb: 2\n"), "f.yaml:2: expected YAML"));
 }
 
+TEST(YamlMap, AStrayCommaIsRefusedInsteadOfReadForEver) {
+  EXPECT_TRUE(contains(refusal(", a: 1\n"), "expected one document, found another"));
+}
+
 TEST(YamlMap, ASecondDocumentIsRefusedInsteadOfIgnored) {
   EXPECT_EQ(refusal("a: 1\n---\nb: 2\n"),
-            "f.yaml:3: expected one document, found another: remove the line '---' above it");
+            "f.yaml:2: expected one document, found another: remove the line '---'");
   EXPECT_EQ(refusal("---\na: 1\n"), "accepted") << "a mark at the top is usual";
   EXPECT_EQ(refusal("a: 1\n...\n"), "accepted");
 }

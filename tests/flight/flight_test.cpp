@@ -7,6 +7,7 @@
 
 #include "nadir/sim/flown_fixed_wing.h"
 #include "nadir/sim/plan_flight.h"
+#include "vehicle/aerosonde.h"
 
 namespace nadir::sim {
 namespace {

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <tuple>
 
+#include "nadir/sim/vehicle_file.h"
 #include "support/temporary_folder.h"
 
 namespace nadir::sim {
@@ -152,6 +153,52 @@ TEST_F(RunFileText, HowMotionIsSteppedIsOfItsMethod) {
   EXPECT_NE(with("trajectory_tolerance_m: 0").find("trajectory_tolerance_m"), std::string::npos);
 }
 
+TEST_F(RunFileText, AModelIsANameOrParameters) {
+  const auto with = [](const std::string& lines) {
+    return replaced(small_run, "    start:", "    " + lines + "\n    start:");
+  };
+  const auto vehicle = [&](const std::string& lines) { return read(with(lines)).value().vehicles[0].second; };
+  EXPECT_EQ(vehicle("model: anaconda").airspeed_mps, 15) << "the model's own";
+  EXPECT_NE(message(with("model: anacondo")).find("did you mean 'anaconda'?"), std::string::npos);
+
+  const VehicleSetup changed = vehicle("model: {base: anaconda, mass_kg: 5, cruise_mps: 17}");
+  EXPECT_EQ(changed.parameters->mass.mass_kg(), 5);
+  EXPECT_EQ(changed.airspeed_mps, 17);
+  const std::string wrong = message(with("model: {base: anaconda, mass_kg: -5, wing: {span: 2}}"));
+  EXPECT_NE(wrong.find("run.yaml:7: 'vehicles.p.model.mass_kg': expected a number above 0"), std::string::npos)
+      << wrong;
+  EXPECT_NE(wrong.find("unknown key 'vehicles.p.model.wing.span'"), std::string::npos) << wrong;
+
+  const auto written = folder.write("plane.yaml", to_yaml(*changed.parameters));
+  EXPECT_EQ(to_yaml(*vehicle("model: {file: plane.yaml}").parameters), to_yaml(*changed.parameters));
+  folder.write("plane.yaml", "base: anaconda\nmass_kg: -1\nspan: 3\n");
+  const std::string fault = message(with("model: {file: plane.yaml}"));
+  EXPECT_NE(fault.find("plane.yaml:2: 'mass_kg'"), std::string::npos) << fault;
+  EXPECT_NE(fault.find("plane.yaml:3: unknown key 'span'"), std::string::npos) << fault;
+}
+
+TEST_F(RunFileText, AnAutopilotsGainsAreChangedByTheirNames) {
+  const auto with = [](const std::string& lines) {
+    return replaced(small_run, "    sensors:", "    " + lines + "\n    sensors:");
+  };
+  const AutopilotSetup autopilot =
+      read(with("autopilot: {control: total_energy, gains: {roll_kp: 1.5, circle: 4}, fly_unstable: true}"))
+          .value()
+          .vehicles[0]
+          .second.autopilot;
+  FlightGains gains;
+  gains.autopilot.pitch_kp = 3;
+  autopilot.apply(gains);
+  EXPECT_EQ(gains.autopilot.control, Control::TotalEnergy);
+  EXPECT_EQ(gains.autopilot.roll_kp, 1.5);
+  EXPECT_EQ(gains.autopilot.pitch_kp, 3) << "not named, not changed";
+  EXPECT_EQ(gains.path.circle, 4);
+  EXPECT_TRUE(autopilot.fly_unstable);
+  EXPECT_NE(message(with("autopilot: {control: total_enery}")).find("total_energy"), std::string::npos);
+  EXPECT_NE(message(with("autopilot: {gains: {rol_kp: 1}}")).find("did you mean 'roll_kp'?"), std::string::npos);
+  EXPECT_NE(message(with("autopilot: {gains: {max_roll_rad: 45}}")).find("expected at most 1.4"), std::string::npos);
+}
+
 TEST_F(RunFileText, WhatIsNotSaidHasTheDocumentedDefault) {
   const RunFile run = read(small_run).value();
   EXPECT_EQ(run.seed, 0u);
@@ -177,7 +224,10 @@ TEST_F(RunFileText, WhatIsNotSaidHasTheDocumentedDefault) {
 TEST_F(RunFileText, WrittenBackAndReadAgainNothingChanges) {
   const std::string awkward = replaced(replaced(small_run, "m.tif", "'a \"b\": {c}, #d é\\.tif'"), "height: 100 agl",
                                        "height: 1234567.0000001 msl, yaw_deg: -1e-17, north_m: 1e21");
-  for (const std::string& text : {std::string(full_run), std::string(small_run), awkward}) {
+  const std::string own = replaced(small_run, "    start:",
+                                   "    model: {base: junker, mass_kg: 1.7, wing: {oswald: 0.87}}\n"
+                                   "    autopilot: {gains: {roll_kp: 0.1, line_per_m: 1e-3}}\n    start:");
+  for (const std::string& text : {std::string(full_run), std::string(small_run), awkward, own}) {
     const RunFile first = read(text).value();
     const std::string written = to_yaml(first);
     const test::TemporaryFolder elsewhere;  // from anywhere

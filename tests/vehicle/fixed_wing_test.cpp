@@ -7,6 +7,7 @@
 
 #include "nadir/sim/step.h"
 #include "nadir/sim/trim.h"
+#include "vehicle/aerosonde.h"
 
 namespace nadir::sim {
 namespace {

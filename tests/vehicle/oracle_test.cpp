@@ -8,6 +8,7 @@
 #include "nadir/geodesy/geodetic.h"
 #include "nadir/sim/fixed_wing.h"
 #include "nadir/sim/trim.h"
+#include "vehicle/aerosonde.h"
 
 namespace nadir::sim {
 namespace {
@@ -37,7 +38,7 @@ TEST(AerosondeOracle, ForcesAtTwentyFiveMetresASecond) {
 }
 
 TEST(AerosondeOracle, MotorInFlightAndAtRest) {
-  const Propulsion motor = aerosonde().propulsion;
+  const FixedWingPropulsion motor = aerosonde().propulsion;
   struct Row {
     double throttle, airspeed, omega, thrust, thrust_digit, torque;
   };
@@ -82,6 +83,42 @@ TEST(AerosondeOracle, ThirtyFiveMetresASecondNeedMoreThanFullThrottle) {
   const auto t = trim(aerosonde(), {.airspeed_mps = 35}, density, gravity);
   ASSERT_FALSE(t);
   EXPECT_NE(t.error().message.find("throttle of 1.079"), std::string::npos) << t.error().message;
+}
+
+/// The oracle has no stall: one far from where it flies.
+TEST(AnacondaOracle, LevelTrimWithoutStall) {
+  FixedWing vehicle = vehicle_model("anaconda").value();
+  vehicle.stall_alpha_rad = 1.5;
+  struct Row {
+    double airspeed, alpha_deg, elevator, throttle, thrust;
+  };
+  for (const Row& row : {Row{15, 0.7695, 0.09919, 0.50595, 4.356}, Row{17, -0.6532, 0.16792, 0.56762, 5.105}}) {
+    const auto t = trim(vehicle, {.airspeed_mps = row.airspeed}, density, gravity);
+    ASSERT_TRUE(t) << t.error().message;
+    EXPECT_NEAR(geodesy::to_degrees(t->alpha_rad), row.alpha_deg, 0.5e-4);
+    EXPECT_NEAR(t->controls.surfaces.elevator_rad, row.elevator, 0.5e-5);
+    EXPECT_NEAR(t->controls.throttle, row.throttle, 0.5e-5);
+    EXPECT_NEAR(t->propeller.thrust_n, row.thrust, 0.5e-3);
+  }
+}
+
+TEST(MyTwinDreamOracle, LevelTrimWithEitherSlipstreamAndMass) {
+  struct Row {
+    double mass_kg, full_speed, alpha, elevator, throttle;
+  };
+  for (const Row& row : {Row{3.92, 30, 0.03569, 0.02165, 0.6894}, Row{3.92, 40, 0.03569, 0.02165, 0.5171},
+                         Row{1.5, 30, -0.02319, 0.03413, 0.6576}}) {
+    FixedWing vehicle = vehicle_model("my_twin_dream").value();
+    vehicle.mass =
+        MassProperties::create(row.mass_kg, {.jxx_kgm2 = 0.213, .jyy_kgm2 = 0.171, .jzz_kgm2 = 0.350, .jxz_kgm2 = 0.04})
+            .value();
+    std::get<Slipstream>(vehicle.propulsion).full_speed_mps = row.full_speed;
+    const auto t = trim(vehicle, {.airspeed_mps = 16.38}, density, gravity);
+    ASSERT_TRUE(t) << t.error().message;
+    EXPECT_NEAR(t->alpha_rad, row.alpha, 0.5e-5);
+    EXPECT_NEAR(t->controls.surfaces.elevator_rad, row.elevator, 0.5e-5);
+    EXPECT_NEAR(t->controls.throttle, row.throttle, 0.5e-4);
+  }
 }
 
 }  // namespace

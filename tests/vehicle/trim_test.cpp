@@ -1,4 +1,6 @@
 #include "nadir/sim/trim.h"
+#include "nadir/base/random.h"
+#include "vehicle/aerosonde.h"
 
 #include <gtest/gtest.h>
 
@@ -75,6 +77,47 @@ TEST(Trim, AMinuteOfTurnClosesItsCircle) {
   EXPECT_NEAR(whole.norm(), 0, 0.1);
 }
 
+/// The same whichever way it is begun: from anywhere in attitude and controls.
+TEST(Trim, OfEveryModelOverItsSpeedsDoesNotDependOnWhereItBegins) {
+  for (const std::string_view name : vehicle_models()) {
+    const FixedWing vehicle = vehicle_model(name).value();
+    const double slowest = 1.1 * stall_speed_mps(vehicle, density, gravity);
+    RandomStream random(1, "guesses");
+    int found = 0;
+    for (double airspeed = slowest; airspeed < 3 * slowest; airspeed += 0.1 * slowest)
+      for (const double climb : {-0.08, 0.0, 0.05})
+        for (const double load : {0.0, 1.2, -1.1}) {
+          const double turn = load == 0 ? 0 : std::tan(std::acos(1 / std::abs(load)));
+          const TrimTarget target{airspeed, climb,
+                                  load == 0 ? 0 : std::copysign(airspeed * airspeed / (gravity * turn), load)};
+          const auto usual = trim(vehicle, target, density, gravity);
+          if (!usual) {
+            const std::string& why = usual.error().message;
+            EXPECT_TRUE(why.find("throttle") != std::string::npos ||
+                        why.find("lift coefficient") != std::string::npos || why.find("deg of") != std::string::npos)
+                << name << ": " << why;
+          }
+          for (std::uint64_t i = 0; i < 5; ++i) {
+            const auto a = random.normals(i, 0), b = random.normals(i, 1);
+            const TrimGuess guess{a[0], a[1], a[2], {{0.3 * a[3], 0.3 * b[0], 0.3 * b[1]}, 0.5 + 0.5 * b[2]}};
+            const auto t = trim(vehicle, target, density, gravity, guess);
+            ASSERT_EQ(t.has_value(), usual.has_value())
+                << name << " " << (t ? usual.error().message : t.error().message);
+            if (!t) continue;
+            ++found;
+            EXPECT_LT(t->residual, 1e-9);
+            EXPECT_LT(t->alpha_rad, greatest_lift(vehicle).alpha_rad);
+            EXPECT_NEAR(t->alpha_rad, usual->alpha_rad, 1e-9);
+            EXPECT_NEAR(t->roll_rad, usual->roll_rad, 1e-9);
+            EXPECT_NEAR(t->controls.throttle, usual->controls.throttle, 1e-9);
+            EXPECT_NEAR(t->controls.surfaces.elevator_rad, usual->controls.surfaces.elevator_rad, 1e-9);
+          }
+        }
+    RecordProperty(std::string(name), found);
+    EXPECT_GT(found, 200) << name;
+  }
+}
+
 TEST(Trim, SaysWhyThereIsNone) {
   const auto message = [](const TrimTarget& target) {
     const auto t = trim(aerosonde(), target, density, gravity);
@@ -89,6 +132,10 @@ TEST(Trim, SaysWhyThereIsNone) {
        {TrimTarget{.airspeed_mps = 5}, TrimTarget{.airspeed_mps = 25, .turn_radius_m = 10},
         TrimTarget{.airspeed_mps = 25, .climb_angle_rad = -1.5}})
     EXPECT_NE(message(impossible).find("steady flight at"), std::string::npos) << message(impossible);
+  EXPECT_NE(message({.airspeed_mps = 5}).find("lift coefficient of 12.3"), std::string::npos)
+      << message({.airspeed_mps = 5});
+  EXPECT_NE(message({.airspeed_mps = 25, .climb_angle_rad = -1}).find("too steep"), std::string::npos)
+      << message({.airspeed_mps = 25, .climb_angle_rad = -1});
 }
 
 }  // namespace

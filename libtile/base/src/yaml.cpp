@@ -1,10 +1,12 @@
 #include "nadir/base/yaml.h"
 
 #include <fmt/format.h>
+#include <yaml-cpp/eventhandler.h>
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
 #include <cmath>
+#include <sstream>
 
 #include "nadir/base/text.h"
 
@@ -46,15 +48,44 @@ struct YamlMap::File {
   }
 };
 
+namespace {
+
+/// Where documents begin.
+class DocumentStarts final : public YAML::EventHandler {
+ public:
+  std::vector<int> lines;
+  void OnDocumentStart(const YAML::Mark& mark) override { lines.push_back(mark.line + 1); }
+  void OnDocumentEnd() override {}
+  void OnNull(const YAML::Mark&, YAML::anchor_t) override {}
+  void OnAlias(const YAML::Mark&, YAML::anchor_t) override {}
+  void OnScalar(const YAML::Mark&, const std::string&, YAML::anchor_t, const std::string&) override {}
+  void OnSequenceStart(const YAML::Mark&, const std::string&, YAML::anchor_t, YAML::EmitterStyle::value) override {}
+  void OnSequenceEnd() override {}
+  void OnMapStart(const YAML::Mark&, const std::string&, YAML::anchor_t, YAML::EmitterStyle::value) override {}
+  void OnMapEnd() override {}
+};
+
+/// Of the first two documents, as far as there are so many. YAML::LoadAll would read on: over a stray comma it finds
+/// empty documents without end.
+std::vector<int> first_document_lines(const std::string& text) {
+  std::istringstream stream(text);
+  YAML::Parser parser(stream);
+  DocumentStarts starts;
+  while (starts.lines.size() < 2 && parser.HandleNextDocument(starts)) continue;
+  return starts.lines;
+}
+
+}  // namespace
+
 Result<YamlMap> YamlMap::parse(const std::string& file_name, const std::string& text) {
   auto file = std::make_shared<File>(File{file_name, {}, {}});
   try {  // yaml-cpp reports by exception
-    const std::vector<YAML::Node> documents = YAML::LoadAll(text);
-    if (documents.size() > 1)
-      return fail(Error::Kind::Malformed,
-                  fmt::format("{}:{}: expected one document, found another: remove the line '---' above it", file_name,
-                              documents[1].Mark().line + 1));
-    const YAML::Node root = documents.empty() ? YAML::Node() : documents[0];
+    const std::vector<int> lines = first_document_lines(text);
+    if (lines.size() > 1)
+      return fail(
+          Error::Kind::Malformed,
+          fmt::format("{}:{}: expected one document, found another: remove the line '---'", file_name, lines[1]));
+    const YAML::Node root = YAML::Load(text);
     if (!root.IsMap()) return fail(Error::Kind::Malformed, fmt::format("{}:1: expected 'key: value' lines", file_name));
     return file->add(file, root, "");
   } catch (const YAML::Exception& e) {
@@ -66,6 +97,8 @@ bool YamlMap::has(std::string_view key) const {
   const YAML::Node value = node_->find(key);
   return value.IsDefined() && !value.IsNull();
 }
+
+bool YamlMap::is_map(std::string_view key) const { return node_->find(key).IsMap(); }
 
 void YamlMap::require(std::string_view key) const {
   if (!has(key)) file_->faults.emplace_back(node_->line(), fmt::format("expected the key '{}'", node_->name(key)));
@@ -175,6 +208,8 @@ std::vector<std::pair<std::string, YamlMap>> YamlMap::entries() const {
   }
   return items;
 }
+
+std::size_t YamlMap::fault_count() const { return file_->faults.size(); }
 
 Result<void> YamlMap::finish() const {
   auto faults = file_->faults;

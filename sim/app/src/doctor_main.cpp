@@ -13,6 +13,7 @@
 #include "nadir/sim/preflight.h"
 #include "nadir/sim/rehearsal.h"
 #include "nadir/sim/run.h"
+#include "nadir/sim/vehicle_file.h"
 
 namespace nadir::app {
 namespace {
@@ -192,6 +193,10 @@ Result<void> run(const std::string& path, const std::string& cache, bool json) {
               fmt::format("ground: {} {:.1f} m above the WGS-84 ellipsoid, {}, at {:.6f}, {:.6f}",
                           run->ground().plane() ? "a plane" : "the curved Earth", run->ground().height_m(), datum,
                           geodesy::to_degrees(origin.lat_rad), geodesy::to_degrees(origin.lon_rad)));
+  for (const auto& [name, vehicle] : file->vehicles)
+    if (vehicle.model != "poses")
+      for (const std::string& warning : sim::vehicle_warnings(vehicle.fixed_wing()))
+        doctor.note(Finding::Kind::Note, fmt::format("{}: {}", name, warning));
 
   const auto possible = doctor.look_at_plans(*run);
   if (!possible) return fail(possible);

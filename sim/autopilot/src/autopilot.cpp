@@ -46,7 +46,9 @@ Result<FeedForward> feed_forward(const FixedWing& vehicle, double airspeed_mps, 
   return ff;
 }
 
-Autopilot::Autopilot(const FeedForward& feed_forward, const AutopilotGains& gains) : ff_(feed_forward), gains_(gains) {}
+Autopilot::Autopilot(const FeedForward& feed_forward, const AutopilotGains& gains) : ff_(feed_forward), gains_(gains) {
+  memory_.airspeed_mps = ff_.level.target.airspeed_mps;
+}
 
 double Autopilot::roll_command(const Guidance& guidance, const Navigation& now) const {
   const double straight = ff_.level.roll_rad;
@@ -59,20 +61,43 @@ double Autopilot::climb_command(const Guidance& guidance, const Navigation& now)
   return symmetric_clamp(wanted_mps, gains_.max_climb_mps) / airspeed_for_division(now);
 }
 
-double Autopilot::pitch_command(double climb_rad, const Navigation& now, double load, double dt_s) {
-  const double error_rad = climb_rad - now.climb_rate_mps / airspeed_for_division(now);
-  const double base = ff_.level.pitch_rad + ff_.pitch_per_load * load + climb_rad + gains_.climb_kp * error_rad;
-  climb_integral_rad_ = integrated(climb_integral_rad_, gains_.climb_ki * error_rad * dt_s, base + climb_integral_rad_,
-                                   -gains_.max_pitch_rad, gains_.max_pitch_rad);
-  return symmetric_clamp(base + climb_integral_rad_, gains_.max_pitch_rad);
+Autopilot::Rates Autopilot::rates(const Guidance& guidance, const Navigation& now, double dt_s) {
+  Rates out;
+  out.climb_rad = climb_command(guidance, now);
+  out.climb_error_rad = out.climb_rad - now.climb_rate_mps / airspeed_for_division(now);
+  out.airspeed_error_mps = guidance.airspeed_mps.value_or(ff_.level.target.airspeed_mps) - now.airspeed_mps;
+  if (gains_.control == Control::SuccessiveLoops) return out;
+
+  // Accelerations may take as much energy as climbs, and are felt through a filter on the airspeed
+  constexpr double smoothing_s = 0.3;
+  const double acceleration_mps2 = (now.airspeed_mps - memory_.airspeed_mps) / smoothing_s;
+  memory_.airspeed_mps += acceleration_mps2 * std::min(dt_s, smoothing_s);
+  out.acceleration_rad = symmetric_clamp(gains_.acceleration_kp * out.airspeed_error_mps / gravity_mps2,
+                                         gains_.max_climb_mps / ff_.level.target.airspeed_mps);
+  out.acceleration_error_rad = out.acceleration_rad - acceleration_mps2 / gravity_mps2;
+  return out;
 }
 
-double Autopilot::throttle_command(const Guidance& guidance, double climb_rad, const Navigation& now, double dt_s) {
-  const double error_mps = guidance.airspeed_mps.value_or(ff_.level.target.airspeed_mps) - now.airspeed_mps;
-  const double base = ff_.level.controls.throttle + ff_.throttle_per_climb * climb_rad + gains_.airspeed_kp * error_mps;
-  airspeed_integral_ =
-      integrated(airspeed_integral_, gains_.airspeed_ki * error_mps * dt_s, base + airspeed_integral_, 0, 1);
-  return std::clamp(base + airspeed_integral_, 0.0, 1.0);
+double Autopilot::pitch_command(const Rates& rates, double load, double dt_s) {
+  const double error_rad = rates.climb_error_rad - rates.acceleration_error_rad;
+  const double base = ff_.level.pitch_rad + ff_.pitch_per_load * load + rates.climb_rad + gains_.climb_kp * error_rad;
+  memory_.climb_rad = integrated(memory_.climb_rad, gains_.climb_ki * error_rad * dt_s, base + memory_.climb_rad,
+                                 -gains_.max_pitch_rad, gains_.max_pitch_rad);
+  return symmetric_clamp(base + memory_.climb_rad, gains_.max_pitch_rad);
+}
+
+double Autopilot::throttle_command(const Rates& rates, double dt_s) {
+  double base = ff_.level.controls.throttle + ff_.throttle_per_climb * rates.climb_rad, change = 0;
+  if (gains_.control == Control::TotalEnergy) {
+    const double error_rad = rates.climb_error_rad + rates.acceleration_error_rad;
+    base += ff_.throttle_per_climb * (rates.acceleration_rad + gains_.energy_kp * error_rad);
+    change = ff_.throttle_per_climb * gains_.energy_ki * error_rad * dt_s;
+  } else {
+    base += gains_.airspeed_kp * rates.airspeed_error_mps;
+    change = gains_.airspeed_ki * rates.airspeed_error_mps * dt_s;
+  }
+  memory_.throttle = integrated(memory_.throttle, change, base + memory_.throttle, 0, 1);
+  return std::clamp(base + memory_.throttle, 0.0, 1.0);
 }
 
 double Autopilot::airspeed_for_division(const Navigation& now) const {
@@ -87,8 +112,8 @@ Controls Autopilot::step(const Guidance& guidance, const Navigation& now, double
   const double pitch_rate = turn_rate * std::sin(bank), yaw_rate = turn_rate * std::cos(bank);
 
   const double roll_error = roll_command(guidance, now) - roll;
-  const double climb_rad = climb_command(guidance, now);
-  const double pitch_error = pitch_command(climb_rad, now, load, dt_s) - now.attitude.pitch_rad;
+  const Rates wanted = rates(guidance, now, dt_s);
+  const double pitch_error = pitch_command(wanted, load, dt_s) - now.attitude.pitch_rad;
   const Surfaces& level = ff_.level.controls.surfaces;
 
   Controls out;
@@ -98,7 +123,7 @@ Controls Autopilot::step(const Guidance& guidance, const Navigation& now, double
   out.surfaces.rudder_rad = level.rudder_rad + gains_.yaw_damper * (now.rates_radps.z() - yaw_rate);
   for (double* surface : {&out.surfaces.aileron_rad, &out.surfaces.elevator_rad, &out.surfaces.rudder_rad})
     *surface = symmetric_clamp(*surface, gains_.max_surface_rad);
-  out.throttle = throttle_command(guidance, climb_rad, now, dt_s);
+  out.throttle = throttle_command(wanted, dt_s);
   return out;
 }
 

@@ -119,7 +119,7 @@ Result<std::unique_ptr<PoseSource>> planned_flight(const MakeFlight& make, const
 
 Result<std::unique_ptr<PoseSource>> make_flight(const RunFile& run, const std::string& name, const VehicleSetup& setup,
                                                 const FlightPlan& plan, const render::Surface& ground) {
-  const FixedWing vehicle = aerosonde();
+  const FixedWing vehicle = setup.fixed_wing();
   const LocalFrame& scene = ground.frame();
   const Geodetic place = geodetic_from_ecef(
       scene.ecef_from_enu() * Point<frame::Enu>{{plan.start.east_m, plan.start.north_m, plan.start.height_m}});
@@ -133,16 +133,19 @@ Result<std::unique_ptr<PoseSource>> make_flight(const RunFile& run, const std::s
     auto air = AirAlongPath::start(std::move(*parts), ecef_from_geodetic(place),
                                    {std::cos(yaw_rad), std::sin(yaw_rad), 0}, setup.airspeed_mps);
     if (!air) return fail(air);
-    auto flown = fly_fixed_wing({.vehicle = vehicle,
-                                 .environment = *environment,
-                                 .scene = scene,
-                                 .start = place,
-                                 .yaw_rad = yaw_rad,
-                                 .airspeed_mps = setup.airspeed_mps,
-                                 .wind_ned_mps = air->air().end().velocity_ned_mps,
-                                 .mission = plan.mission,
-                                 .tolerance_m = setup.trajectory_tolerance_m,
-                                 .scheme = scheme});
+    auto flown =
+        fly_fixed_wing({.vehicle = vehicle,
+                        .environment = *environment,
+                        .scene = scene,
+                        .start = place,
+                        .yaw_rad = yaw_rad,
+                        .airspeed_mps = setup.airspeed_mps,
+                        .wind_ned_mps = air->air().end().velocity_ned_mps,
+                        .mission = plan.mission,
+                        .change_gains = [autopilot = setup.autopilot](FlightGains& gains) { autopilot.apply(gains); },
+                        .fly_unstable = setup.autopilot.fly_unstable,
+                        .tolerance_m = setup.trajectory_tolerance_m,
+                        .scheme = scheme});
     if (!flown) return fail(flown);
     return Flight(*environment, std::move(*air), std::move(*flown));
   };

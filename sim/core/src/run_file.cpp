@@ -11,6 +11,7 @@
 #include "nadir/base/files.h"
 #include "nadir/base/text.h"
 #include "nadir/base/yaml.h"
+#include "nadir/sim/vehicle_file.h"
 #include "read_yaml.h"
 
 namespace nadir::sim {
@@ -177,13 +178,27 @@ Scheme read_integration(const YamlMap& yaml) {
   return scheme;
 }
 
-VehicleSetup read_vehicle(const YamlMap& yaml, const SceneSetup& scene) {
-  VehicleSetup vehicle;
+/// A name, or parameters of the vehicle's own.
+void read_model(const YamlMap& yaml, const std::filesystem::path& folder, VehicleSetup& vehicle) {
+  if (yaml.is_map("model")) {
+    vehicle.parameters = sim::read_vehicle(*yaml.map("model"), folder);
+    if (vehicle.parameters) vehicle.airspeed_mps = vehicle.fixed_wing().cruise_mps;
+    return;
+  }
   take(yaml.text("model"), vehicle.model);
-  static constexpr std::array<std::string_view, 5> models = {"aerosonde", "multirotor", "multirotor_sil",
-                                                             "multirotor_lumped", "poses"};
+  if (vehicle.model == "poses" || is_multirotor(vehicle.model)) return;
+  std::vector<std::string_view> models = vehicle_models();
+  models.insert(models.end(), multirotor_models.begin(), multirotor_models.end());
+  models.push_back("poses");
   if (std::find(models.begin(), models.end(), vehicle.model) == models.end())
     yaml.fault("model", fmt::format("no model '{}'{}", vehicle.model, suggestion(vehicle.model, models)));
+  else
+    vehicle.airspeed_mps = vehicle.fixed_wing().cruise_mps;
+}
+
+VehicleSetup read_vehicle(const YamlMap& yaml, const SceneSetup& scene, const std::filesystem::path& folder) {
+  VehicleSetup vehicle;
+  read_model(yaml, folder, vehicle);
   const auto sensors = yaml.map("sensors");
   if (sensors) read_sensors(*sensors, scene, vehicle);
   if (vehicle.model == "poses") {
@@ -206,6 +221,7 @@ VehicleSetup read_vehicle(const YamlMap& yaml, const SceneSetup& scene) {
       vehicle.multirotor = read_multirotor(yaml, vehicle.start.height);
     } else {
       take_positive(yaml, "turn_radius_m", vehicle.turn_radius_m);
+      if (const auto autopilot = yaml.map("autopilot")) vehicle.autopilot = read_autopilot(*autopilot);
       std::vector<std::string_view> names;
       for (const auto& [name, sensor] : vehicle.sensors) names.push_back(name);
       vehicle.mission = read_mission(yaml, vehicle.start.height, vehicle.turn_radius_m, names);
@@ -262,7 +278,7 @@ void read_run(const YamlMap& yaml, RunFile& run) {
   if (const auto vehicles = yaml.map("vehicles"))
     for (const auto& [name, entry] : vehicles->entries()) {
       check_name(*vehicles, name);
-      run.vehicles.emplace_back(name, read_vehicle(entry, run.scene));
+      run.vehicles.emplace_back(name, read_vehicle(entry, run.scene, run.folder));
     }
   if (yaml.has("vehicles") && run.vehicles.empty()) yaml.fault("vehicles", "expected at least one vehicle");
   if (const auto record = yaml.map("record")) read_record(*record, run);
@@ -274,6 +290,8 @@ render::Mount SensorSetup::mount() const {
   const auto &p = mount_position_m, &a = mount_yaw_pitch_roll_deg;
   return {{p[0], p[1], p[2]}, geodesy::YawPitchRoll::degrees(a[0], a[1], a[2])};
 }
+
+FixedWing VehicleSetup::fixed_wing() const { return parameters ? *parameters : vehicle_model(model).value(); }
 
 Result<RunFile> read_run_file(const std::filesystem::path& path) {
   const auto text = read_text_file(path);

@@ -2,6 +2,7 @@
 
 #include "nadir/base/yaml.h"
 #include "nadir/sim/run_file.h"
+#include "nadir/sim/vehicle_file.h"
 
 namespace nadir::sim {
 namespace {
@@ -47,14 +48,17 @@ std::string integration_text(const Scheme& scheme) {
 }
 
 std::string vehicle_text(const RunFile& run, const VehicleSetup& vehicle) {
-  std::string text = fmt::format("    model: {}\n", vehicle.model);
+  std::string text = vehicle.parameters ? "    model:\n" + to_yaml(*vehicle.parameters, "      ")
+                                        : fmt::format("    model: {}\n", vehicle.model);
   if (vehicle.model == "poses") {
     text += fmt::format("    poses: {}\n", yaml_quoted(run.resolve(vehicle.poses).string()));
   } else {
     text += fmt::format("    start: {{{}, height: {}, yaw_deg: {}", place_text(vehicle.start.place),
                         height_text(vehicle.start.height), vehicle.yaw_deg);
     text += vehicle.multirotor ? std::string("}\n") : fmt::format(", airspeed_mps: {}}}\n", vehicle.airspeed_mps);
-    if (!vehicle.multirotor) text += fmt::format("    turn_radius_m: {}\n", vehicle.turn_radius_m);
+    if (!vehicle.multirotor)
+      text += fmt::format("    turn_radius_m: {}\n    autopilot: {}\n", vehicle.turn_radius_m,
+                          autopilot_text(vehicle.autopilot));
     text += fmt::format("    repeat_mission: {}\n", vehicle.repeat_mission);
     text += fmt::format("    trajectory_tolerance_m: {}\n", vehicle.trajectory_tolerance_m);
     if (vehicle.integration) text += integration_text(*vehicle.integration);

@@ -21,13 +21,14 @@ Tolerance<BodyVector> body_tolerance(double tolerance_m) {
 
 class FlownFixedWing final : public FlownVehicle {
  public:
-  FlownFixedWing(FixedWingFlight flight, const FeedForward& feed_forward)
+  FlownFixedWing(FixedWingFlight flight, const FeedForward& feed_forward, const FlightGains& gains)
       : flight_(std::move(flight)),
         state_(trimmed_state(feed_forward.level, flight_.environment, flight_.start, flight_.yaw_rad,
                              flight_.wind_ned_mps)),
         before_(state_),
         controls_(feed_forward.level.controls),
-        autopilot_(feed_forward),
+        gains_(gains),
+        autopilot_(feed_forward, gains.autopilot),
         integrator_(flight_.scheme, to_vector(state_), body_tolerance(flight_.tolerance_m)) {}
 
   const BodyState& body() const override { return state_; }
@@ -35,10 +36,10 @@ class FlownFixedWing final : public FlownVehicle {
   Result<void> decide(std::int64_t time_ns, const AirMotion& air) override {
     const Navigation now = true_navigation(state_, flight_.environment, air.velocity_ned_mps, flight_.scene);
     const MissionPiece& piece = flight_.mission.piece_at(now, static_cast<double>(time_ns) * 1e-9);
-    guidance_ = follow(piece.path, now, PathGains{});
+    guidance_ = follow(piece.path, now, gains_.path);
     guidance_.airspeed_mps = piece.airspeed_mps;
     off_path_ = path_error(piece.path, now);
-    controls_ = autopilot_.step(guidance_, now, control_s);
+    controls_ = autopilot_.step(guidance_, now, control_period_s);
     return {};
   }
 
@@ -93,8 +94,6 @@ class FlownFixedWing final : public FlownVehicle {
   const Work& work() const override { return integrator_.work(); }
 
  private:
-  static constexpr double control_s = 0.01;
-
   Result<FixedWingState> moved(Integrator<BodyVector>& integrator, const FixedWingState& from, std::int64_t from_ns,
                                std::int64_t to_ns, const AirOverTime& air) const {
     const double from_s = seconds(from_ns);
@@ -117,6 +116,7 @@ class FlownFixedWing final : public FlownVehicle {
   Controls controls_;
   Guidance guidance_;
   PathError off_path_;
+  FlightGains gains_;
   Autopilot autopilot_;
   Integrator<BodyVector> integrator_;
 };
@@ -125,10 +125,15 @@ class FlownFixedWing final : public FlownVehicle {
 
 Result<std::unique_ptr<FlownVehicle>> fly_fixed_wing(FixedWingFlight flight) {
   const Surroundings here = flight.environment.at(geodesy::ecef_from_geodetic(flight.start));
-  const auto forward =
-      feed_forward(flight.vehicle, flight.airspeed_mps, here.density_kgpm3, here.gravity_ecef_mps2.norm());
+  const double density = here.density_kgpm3, gravity = here.gravity_ecef_mps2.norm();
+  const auto forward = feed_forward(flight.vehicle, flight.airspeed_mps, density, gravity);
   if (!forward) return fail(forward);
-  return std::make_unique<FlownFixedWing>(std::move(flight), *forward);
+  FlightGains gains = designed_gains(flight.vehicle, forward->level, density, gravity);
+  if (flight.change_gains) flight.change_gains(gains);
+  if (!flight.fly_unstable)
+    if (auto ok = check_stable(closed_loop_modes(flight.vehicle, *forward, gains, density, gravity)); !ok)
+      return fail(ok);
+  return std::make_unique<FlownFixedWing>(std::move(flight), *forward, gains);
 }
 
 }  // namespace nadir::sim

@@ -10,34 +10,6 @@
 namespace nadir::sim {
 using Eigen::Vector3d;
 
-FixedWing aerosonde() {
-  FixedWing a;
-  a.mass = MassProperties::create(11.0, {.jxx_kgm2 = 0.8224, .jyy_kgm2 = 1.135, .jzz_kgm2 = 1.759, .jxz_kgm2 = 0.1204})
-               .value();
-  a.wing_area_m2 = 0.55, a.span_m = 2.8956, a.chord_m = 0.18994;
-  a.stall_alpha_rad = 0.47, a.stall_sharpness = 50;
-  a.lift = {.zero = 0.23, .alpha = 5.61, .q = 7.95, .elevator = 0.13};
-  a.drag = {.zero = 0.043, .elevator = 0.0135};
-  a.side = {.beta = -0.98, .aileron = 0.075, .rudder = 0.19};
-  a.roll = {.beta = -0.13, .p = -0.51, .r = 0.25, .aileron = 0.17, .rudder = 0.0024};
-  a.pitch = {.zero = 0.0135, .alpha = -2.74, .q = -38.21, .elevator = -0.99};
-  a.yaw = {.beta = 0.073, .p = 0.069, .r = -0.095, .aileron = -0.011, .rudder = -0.069};
-  a.propulsion = {.diameter_m = 0.508,
-                  .ct0 = 0.09357,
-                  .ct1 = -0.06044,
-                  .ct2 = -0.1079,
-                  .cq0 = 0.005230,
-                  .cq1 = 0.004970,
-                  .cq2 = -0.01664,
-                  .kq_vspr = 0.06586,  // of 145 rpm a volt
-                  .max_voltage_v = 44.4,
-                  .resistance_ohm = 0.042,
-                  .no_load_current_a = 1.5};
-  a.servo_time_constant_s = 0.02;
-  a.max_deflection_rad = 40 * (std::numbers::pi / 180);
-  return a;
-}
-
 Surfaces surfaces_after(const FixedWing& vehicle, const Surfaces& from, const Surfaces& command, double duration_s) {
   if (duration_s <= 0) return from;
   const FirstOrderLag servo(vehicle.servo_time_constant_s, duration_s);
@@ -56,9 +28,78 @@ double stall_blend(const FixedWing& vehicle, double alpha_rad) {
   return 1 - below * above;
 }
 
+namespace {
+
+/// Coefficients, less what rates, side-slip and surfaces do.
+struct AtAlpha {
+  double lift = 0, drag = 0, side = 0;
+  double roll = 0, pitch = 0, yaw = 0;
+};
+
+double attached_lift(const FixedWing& vehicle, double alpha_rad) {
+  return vehicle.lift.zero + vehicle.lift.alpha * alpha_rad;
+}
+
+/// Normal force of a flat plate, from which lift and drag follow.
+double plate_normal(double sin_alpha) { return 2 * sin_alpha * std::abs(sin_alpha); }
+
+double lift_over_stall(const FixedWing& vehicle, double alpha, double sin_alpha, double cos_alpha, double stalled) {
+  return (1 - stalled) * attached_lift(vehicle, alpha) + stalled * plate_normal(sin_alpha) * cos_alpha;
+}
+
+AtAlpha at_alpha(const FixedWing& vehicle, double alpha, double sin_alpha, double cos_alpha) {
+  const bool airframe = vehicle.stall_model == StallModel::Airframe;
+  const double stalled = stall_blend(vehicle, alpha), attached = 1 - stalled;
+  const double linear_lift = attached_lift(vehicle, alpha), normal = plate_normal(sin_alpha);
+  const double aspect_ratio = vehicle.span_m * vehicle.span_m / vehicle.wing_area_m2;
+  const double induced = linear_lift * linear_lift / (std::numbers::pi * vehicle.oswald * aspect_ratio);
+  const double alpha_felt = airframe ? attached * alpha : alpha;
+  const auto linear = [&](const Coefficient& c) { return c.zero + c.alpha * alpha_felt; };
+
+  AtAlpha out;
+  out.lift = lift_over_stall(vehicle, alpha, sin_alpha, cos_alpha, stalled);
+  out.drag = linear(vehicle.drag) + induced;
+  out.side = linear(vehicle.side), out.roll = linear(vehicle.roll), out.yaw = linear(vehicle.yaw);
+  out.pitch = linear(vehicle.pitch);
+  if (!airframe) return out;
+
+  const double aft = 0.25 - 0.175 * (1 - 2 * std::abs(alpha) / std::numbers::pi);  // of the wing's quarter chord
+  const double attached_pitch = vehicle.pitch.zero + vehicle.pitch.alpha * alpha;
+  const double stalled_pitch = vehicle.pitch.zero + vehicle.pitch.alpha * sin_alpha - aft * normal;
+  out.drag = linear(vehicle.drag) + attached * induced + stalled * normal * sin_alpha;
+  out.pitch = attached * attached_pitch + stalled * stalled_pitch;
+  return out;
+}
+
+/// Roll damping as the difference in lift between the halves of the wing, each at the angle that its middle meets:
+/// times Va, so that nothing is divided by it.
+double roll_damping(const FixedWing& vehicle, double alpha_rad, double bp_mps, double airspeed_mps) {
+  constexpr double middle = 0.5;  // of half the span
+  const double more = std::atan2(middle * bp_mps, 2 * airspeed_mps);
+  return vehicle.roll.p * airspeed_mps / (middle * vehicle.lift.alpha) *
+         (lift_coefficient(vehicle, alpha_rad + more) - lift_coefficient(vehicle, alpha_rad - more));
+}
+
+}  // namespace
+
+double lift_coefficient(const FixedWing& vehicle, double alpha_rad) {
+  return lift_over_stall(vehicle, alpha_rad, std::sin(alpha_rad), std::cos(alpha_rad), stall_blend(vehicle, alpha_rad));
+}
+
+GreatestLift greatest_lift(const FixedWing& vehicle) {
+  // The lift rises up to somewhere before the stall's middle; the peak is flat, and steps of 1/400 err by 1e-4 of it
+  constexpr int steps = 400;
+  GreatestLift greatest;
+  for (int i = 0; i <= steps; ++i) {
+    const double alpha_rad = vehicle.stall_alpha_rad * i / steps, coefficient = lift_coefficient(vehicle, alpha_rad);
+    if (coefficient > greatest.coefficient) greatest = {coefficient, alpha_rad};
+  }
+  return greatest;
+}
+
 Loads aerodynamics(const FixedWing& vehicle, const AirData& air, const Vector3d& rates_radps, const Surfaces& surfaces,
                    double density_kgpm3) {
-  const double alpha = air.alpha_rad, va = air.airspeed_mps;
+  const double va = air.airspeed_mps;
   const double pressure_n = 0.5 * density_kgpm3 * va * va * vehicle.wing_area_m2;
   const double damping_ns = 0.25 * density_kgpm3 * va * vehicle.wing_area_m2;  // dynamic pressure times area over 2 Va
   const double bp = vehicle.span_m * rates_radps.x();
@@ -70,24 +111,18 @@ Loads aerodynamics(const FixedWing& vehicle, const AirData& air, const Vector3d&
                          c.aileron * surfaces.aileron_rad + c.rudder * surfaces.rudder_rad) +
            damping_ns * (c.p * bp + c.q * cq + c.r * br);
   };
-  const auto linear = [&](const Coefficient& c) { return c.zero + c.alpha * alpha; };
-
-  // The wing's lift and drag, over the stall.
-  const double sin_alpha = std::sin(alpha), cos_alpha = std::cos(alpha);
-  const double attached = linear(vehicle.lift);
-  const double stalled = stall_blend(vehicle, alpha);
-  const double flat_plate = 2 * sin_alpha * std::abs(sin_alpha) * cos_alpha;
-  const double aspect_ratio = vehicle.span_m * vehicle.span_m / vehicle.wing_area_m2;
-  const double induced = attached * attached / (std::numbers::pi * vehicle.oswald * aspect_ratio);
-  const double lift_n = newtons(vehicle.lift, (1 - stalled) * attached + stalled * flat_plate);
-  const double drag_n = newtons(vehicle.drag, linear(vehicle.drag) + induced);
+  const double sin_alpha = std::sin(air.alpha_rad), cos_alpha = std::cos(air.alpha_rad);
+  const AtAlpha c = at_alpha(vehicle, air.alpha_rad, sin_alpha, cos_alpha);
+  const double lift_n = newtons(vehicle.lift, c.lift), drag_n = newtons(vehicle.drag, c.drag);
+  double roll_n = newtons(vehicle.roll, c.roll);
+  if (vehicle.stall_model == StallModel::Airframe)
+    roll_n += damping_ns * (roll_damping(vehicle, air.alpha_rad, bp, va) - vehicle.roll.p * bp);
 
   Loads loads;
-  loads.force_body_n = {lift_n * sin_alpha - drag_n * cos_alpha, newtons(vehicle.side, linear(vehicle.side)),
+  loads.force_body_n = {lift_n * sin_alpha - drag_n * cos_alpha, newtons(vehicle.side, c.side),
                         -lift_n * cos_alpha - drag_n * sin_alpha};
-  loads.moment_body_nm = {vehicle.span_m * newtons(vehicle.roll, linear(vehicle.roll)),
-                          vehicle.chord_m * newtons(vehicle.pitch, linear(vehicle.pitch)),
-                          vehicle.span_m * newtons(vehicle.yaw, linear(vehicle.yaw))};
+  loads.moment_body_nm = {vehicle.span_m * roll_n, vehicle.chord_m * newtons(vehicle.pitch, c.pitch),
+                          vehicle.span_m * newtons(vehicle.yaw, c.yaw)};
   return loads;
 }
 

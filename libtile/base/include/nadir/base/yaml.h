@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -24,6 +25,7 @@ class YamlMap {
   static Result<YamlMap> parse(const std::string& file, const std::string& text);
 
   bool has(std::string_view key) const;
+  bool is_map(std::string_view key) const;  // what `map` gives, or a single value?
   /// Notes a fault where the key is missing.
   void require(std::string_view key) const;
 
@@ -50,6 +52,9 @@ class YamlMap {
     fault(key, parsed.error().message);
     return std::nullopt;
   }
+
+  /// How many faults are noted so far, in the whole file.
+  std::size_t fault_count() const;
 
   /// Error::Malformed with all faults of the file, unknown keys included.
   Result<void> finish() const;

@@ -19,16 +19,26 @@ struct FeedForward {
 Result<FeedForward> feed_forward(const FixedWing& vehicle, double airspeed_mps, double density_kgpm3,
                                  double gravity_mps2);
 
-/// Gains and limits of the loops, from the inside out; SI units, radians. The defaults are for the Aerosonde between 20
-/// and 30 m/s and follow from its derivatives; sim/autopilot's README says how, and shows the responses.
+/// What holds height and airspeed together.
+enum class Control {
+  SuccessiveLoops,  // pitch holds the height, throttle the airspeed
+  TotalEnergy,      // throttle holds the rate of their energy, pitch how it is shared
+};
+
+/// Gains and limits of the loops, from the inside out; SI units, radians. `designed_gains` finds them for a vehicle.
 struct AutopilotGains {
-  double roll_kp = 1.0, roll_kd = 0.05;          // aileron per roll, per roll rate
-  double pitch_kp = 2.0, pitch_kd = 0.5;         // elevator per pitch, per pitch rate
-  double yaw_damper = 0.2;                       // rudder per yaw rate beyond that of the turn
-  double course_kp = 2.4;                        // roll per course
-  double height_kp = 0.35;                       // climb rate per height, 1/s
-  double climb_kp = 0.6, climb_ki = 0.15;        // climb angle per climb angle, and per its integral
-  double airspeed_kp = 0.3, airspeed_ki = 0.06;  // throttle per m/s, and per its integral
+  Control control = Control::SuccessiveLoops;
+  double roll_kp = 0, roll_kd = 0;          // aileron per roll, per roll rate
+  double pitch_kp = 0, pitch_kd = 0;        // elevator per pitch, per pitch rate
+  double yaw_damper = 0;                    // rudder per yaw rate beyond that of the turn
+  double course_kp = 0;                     // roll per course
+  double height_kp = 0;                     // climb rate per height, 1/s
+  double climb_kp = 0, climb_ki = 0;        // climb angle per climb angle, and per its integral
+  double airspeed_kp = 0, airspeed_ki = 0;  // throttle per m/s, and per its integral
+
+  // Of total energy, in place of those of airspeed; rates of energy are climb angles, radians.
+  double acceleration_kp = 1;               // acceleration per airspeed, 1/s
+  double energy_kp = 0.5, energy_ki = 0.5;  // of the throttle that such a climb needs, and per its integral
 
   double max_roll_rad = 0.7854;     // commanded: 45 degrees
   double max_pitch_rad = 0.4363;    // 25 degrees
@@ -36,29 +46,46 @@ struct AutopilotGains {
   double max_surface_rad = 0.4363;  // commanded deflections
 };
 
-/// Successive loops: course to roll to aileron; height to climb to pitch to elevator; airspeed to throttle; a yaw
-/// damper. Source of the structure: Beard and McLain, Small Unmanned Aircraft, 2012, chapter 6. Different here: the
-/// loops stand on the feed-forward of a real trim, turns included, and height goes through a limited rate of climb.
-/// Integrators stand still while their output is limited and the error would drive it further. One thread at a time.
+/// What an autopilot remembers from one step to the next.
+struct AutopilotMemory {
+  double climb_rad = 0;     // integral of the climb angle's error
+  double throttle = 0;      // of the airspeed's or the energy's
+  double airspeed_mps = 0;  // smoothed; for total energy
+};
+
+/// Course to roll to aileron; height to climb to pitch to elevator; a yaw damper; and height and airspeed by one of two
+/// laws. Successive loops: Beard and McLain, Small Unmanned Aircraft, 2012, chapter 6. Total energy: Lambregts,
+/// Vertical flight path and speed control autopilot design using total energy principles, AIAA 83-2239, 1983. Different
+/// here: the loops stand on the feed-forward of a real trim, turns included, and height goes through a limited rate of
+/// climb. Integrators stand still while their output is limited and the error would drive it further. One thread at a
+/// time.
 class Autopilot {
  public:
-  explicit Autopilot(const FeedForward& feed_forward, const AutopilotGains& gains = {});
+  Autopilot(const FeedForward& feed_forward, const AutopilotGains& gains);
 
   /// Controls from `now` until `dt_s` later. All of them are finite and limited where `now` is finite.
   /// In the steady flight that the feed-forward was made for, following it, they are its controls, to rounding.
   Controls step(const Guidance& guidance, const Navigation& now, double dt_s);
 
+  const AutopilotMemory& memory() const { return memory_; }
+  void remember(const AutopilotMemory& memory) { memory_ = memory; }
+
  private:
+  struct Rates {
+    double climb_rad = 0, climb_error_rad = 0;                // asked for, and what is missing
+    double airspeed_error_mps = 0;                            // missing
+    double acceleration_rad = 0, acceleration_error_rad = 0;  // over gravity
+  };
+  Rates rates(const Guidance& guidance, const Navigation& now, double dt_s);
   double roll_command(const Guidance& guidance, const Navigation& now) const;
   double climb_command(const Guidance& guidance, const Navigation& now) const;  // radians, against the air
-  double pitch_command(double climb_rad, const Navigation& now, double load, double dt_s);
-  double throttle_command(const Guidance& guidance, double climb_rad, const Navigation& now, double dt_s);
+  double pitch_command(const Rates& rates, double load, double dt_s);
+  double throttle_command(const Rates& rates, double dt_s);
   double airspeed_for_division(const Navigation& now) const;  // never near zero
 
   FeedForward ff_;
   AutopilotGains gains_;
-  double climb_integral_rad_ = 0;
-  double airspeed_integral_ = 0;  // throttle
+  AutopilotMemory memory_;
 };
 
 }  // namespace nadir::sim

@@ -15,6 +15,7 @@
 #include "nadir/render/quality.h"
 #include "nadir/render/renderer.h"
 #include "nadir/sim/air_setup.h"
+#include "nadir/sim/autopilot_setup.h"
 #include "nadir/sim/integrator.h"
 #include "nadir/sim/mission_setup.h"
 #include "nadir/sim/multirotor_setup.h"
@@ -75,10 +76,13 @@ struct SensorSetup {
 };
 
 struct VehicleSetup {
-  std::string model = "aerosonde";  // or one of `multirotor_models`, or "poses": where a file says
-  std::string poses;                // of model poses
+  std::string model = "aerosonde";      // of vehicle_models() or `multirotor_models`; or "poses": where a file says
+  std::optional<FixedWing> parameters;  // in place of the model's
+  AutopilotSetup autopilot;
+  std::string poses;  // of model poses
   WaypointSetup start;
-  double yaw_deg = 0, airspeed_mps = 25;
+  double yaw_deg = 0;
+  double airspeed_mps = 25;               // the model's own unless told
   std::vector<MissionItemSetup> mission;  // where empty: straight on
   double turn_radius_m = 150;
   bool repeat_mission = false;                // else a circle at the end
@@ -86,6 +90,8 @@ struct VehicleSetup {
   double trajectory_tolerance_m = 1e-3;       // of what steps of the motion make of it
   std::optional<Scheme> integration;          // else the cheapest within that tolerance: plan_flight
   std::vector<std::pair<std::string, SensorSetup>> sensors;
+
+  FixedWing fixed_wing() const;  // of the parameters or the model; there must be one
 };
 
 enum class TelemetryFormat {

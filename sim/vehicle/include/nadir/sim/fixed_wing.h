@@ -5,8 +5,8 @@
 #include "nadir/base/result.h"
 #include "nadir/sim/air_motion.h"
 #include "nadir/sim/environment.h"
-#include "nadir/sim/propulsion.h"
 #include "nadir/sim/rigid_body.h"
+#include "nadir/sim/slipstream.h"
 
 namespace nadir::sim {
 
@@ -18,29 +18,34 @@ struct Coefficient {
   double elevator = 0, aileron = 0, rudder = 0;
 };
 
+/// What a stall changes.
+enum class StallModel {
+  Lift,      // lift alone, as the published models have it; everything else stays linear, and jumps at alpha = 180 deg
+  Airframe,  // drag, pitching moment and roll damping too: `aerodynamics`
+};
+
 /// A fixed-wing aircraft with linear aerodynamics, a stall and one propeller along the body's x axis.
-/// Positive elevator pushes the nose down, positive aileron rolls right, positive rudder turns the nose left (for signs
-/// of the derivatives as in `aerosonde`).
+/// Positive elevator pushes the nose down, positive aileron rolls right, positive rudder turns the nose left, for signs
+/// of the derivatives as the shipped models have them.
 struct FixedWing {
   MassProperties mass;
   double wing_area_m2 = 0, span_m = 0, chord_m = 0;
   double oswald = 0.9;         // efficiency of the wing in induced drag
   double stall_alpha_rad = 0;  // where the lift is half linear, half a flat plate's
   double stall_sharpness = 0;  // of that blend, per radian
+  StallModel stall_model = StallModel::Airframe;
 
   Coefficient lift;  // up to the stall
   Coefficient drag;  // `zero` is parasitic; what lift induces comes on top
   Coefficient side;
   Coefficient roll, pitch, yaw;
 
-  Propulsion propulsion;
+  FixedWingPropulsion propulsion;
   double servo_time_constant_s = 0;  // of each surface's first-order lag, >= 0
   double max_deflection_rad = 0;     // of each surface, either way
-};
 
-/// The Aerosonde of Beard and McLain's book, mass 11 kg, with the motor and propeller of its later editions.
-/// Source: rosflight_sim/params/aerosonde_dynamics.yaml, where parasitic drag is 0; here the book's 0.043.
-FixedWing aerosonde();
+  double cruise_mps = 0;  // airspeed that it is flown at unless told
+};
 
 /// Where surfaces are. Radians.
 struct Surfaces {
@@ -67,9 +72,29 @@ Surfaces surfaces_after(const FixedWing& vehicle, const Surfaces& from, const Su
 /// functions, which does not overflow.
 double stall_blend(const FixedWing& vehicle, double alpha_rad);
 
+/// Of the wing, over the stall, with surfaces in the middle and no rates.
+double lift_coefficient(const FixedWing& vehicle, double alpha_rad);
+
+/// The greatest of them, and where it is.
+struct GreatestLift {
+  double coefficient = 0, alpha_rad = 0;
+};
+GreatestLift greatest_lift(const FixedWing& vehicle);
+
 /// What air and surfaces do, without the propeller.
 /// Terms with body rates are written with Va in the numerator, so that nothing is divided by airspeed and the loads
 /// fade to zero with it. `rates_radps`: against the air, as it turns itself.
+///
+/// A stall that changes the airframe fades what is linear in alpha into plates, finite and continuous at every angle:
+/// - The wing lifts 2 sin^2 cos and drags 2 sin^3 of alpha (Beard and McLain, equation 4.10), and its centre of
+/// pressure
+///   moves from the quarter chord to 0.5 - 0.175 (1 - 2 |alpha| / pi) chords behind the leading edge (Lindenburg,
+///   Investigation into Rotor Blade Aerodynamics, ECN-C--03-025, 2003). The mass is taken to lie at its quarter chord.
+/// - The tail, which is then what keeps the nose down, goes on with sin alpha.
+/// - Each half of the wing meets the air at an angle of its own when it rolls. Their difference in lift takes the place
+///   of roll damping: that of the derivative while both are attached (less 1/3 of the square of b p / (4 Va)), and the
+///   opposite where lift falls with alpha: autorotation (Glauert, The rotation of an aeroplane about the axis of roll,
+///   1919).
 Loads aerodynamics(const FixedWing& vehicle, const AirData& air, const Eigen::Vector3d& rates_radps,
                    const Surfaces& surfaces, double density_kgpm3);
 

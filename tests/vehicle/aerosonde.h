@@ -1,0 +1,13 @@
+#pragma once
+
+#include "nadir/sim/vehicle_file.h"
+
+namespace nadir::sim {
+
+/// The model that most tests fly.
+inline const FixedWing& aerosonde() {
+  static const FixedWing vehicle = vehicle_model("aerosonde").value();
+  return vehicle;
+}
+
+}  // namespace nadir::sim
