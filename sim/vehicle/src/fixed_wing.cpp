@@ -56,8 +56,14 @@ double stall_blend(const FixedWing& vehicle, double alpha_rad) {
   return 1 - below * above;
 }
 
+double ground_effect(const FixedWing& vehicle, double height_m) {
+  if (!vehicle.feels_ground || height_m >= ground_effect_spans * vehicle.span_m) return 1;
+  const double s = 16 * std::max(height_m, 0.0) / vehicle.span_m;
+  return s * s / (1 + s * s);
+}
+
 Loads aerodynamics(const FixedWing& vehicle, const AirData& air, const Vector3d& rates_radps, const Surfaces& surfaces,
-                   double density_kgpm3) {
+                   double density_kgpm3, double height_m) {
   const double alpha = air.alpha_rad, va = air.airspeed_mps;
   const double pressure_n = 0.5 * density_kgpm3 * va * va * vehicle.wing_area_m2;
   const double damping_ns = 0.25 * density_kgpm3 * va * vehicle.wing_area_m2;  // dynamic pressure times area over 2 Va
@@ -78,7 +84,8 @@ Loads aerodynamics(const FixedWing& vehicle, const AirData& air, const Vector3d&
   const double stalled = stall_blend(vehicle, alpha);
   const double flat_plate = 2 * sin_alpha * std::abs(sin_alpha) * cos_alpha;
   const double aspect_ratio = vehicle.span_m * vehicle.span_m / vehicle.wing_area_m2;
-  const double induced = attached * attached / (std::numbers::pi * vehicle.oswald * aspect_ratio);
+  const double induced =
+      ground_effect(vehicle, height_m) * attached * attached / (std::numbers::pi * vehicle.oswald * aspect_ratio);
   const double lift_n = newtons(vehicle.lift, (1 - stalled) * attached + stalled * flat_plate);
   const double drag_n = newtons(vehicle.drag, linear(vehicle.drag) + induced);
 
@@ -92,8 +99,8 @@ Loads aerodynamics(const FixedWing& vehicle, const AirData& air, const Vector3d&
 }
 
 Loads loads(const FixedWing& vehicle, const AirData& air, const Vector3d& rates_radps, const Surfaces& surfaces,
-            double throttle, double density_kgpm3) {
-  Loads sum = aerodynamics(vehicle, air, rates_radps, surfaces, density_kgpm3);
+            double throttle, double density_kgpm3, double height_m) {
+  Loads sum = aerodynamics(vehicle, air, rates_radps, surfaces, density_kgpm3, height_m);
   const PropulsionOutput propeller = propel(vehicle.propulsion, throttle, air.airspeed_mps, density_kgpm3);
   sum.force_body_n.x() += propeller.thrust_n;
   sum.moment_body_nm.x() -= propeller.torque_nm;
@@ -104,9 +111,10 @@ namespace {
 
 double limited(double throttle) { return std::clamp(throttle, 0.0, 1.0); }
 
-Loads loads(const FixedWing& vehicle, const BodyInAir& in_air, const Surfaces& surfaces, double throttle) {
+Loads loads(const FixedWing& vehicle, const BodyInAir& in_air, const Surfaces& surfaces, double throttle,
+            double height_m = no_ground_m) {
   return loads(vehicle, in_air.flow, in_air.rates_against_air_radps, surfaces, limited(throttle),
-               in_air.here.density_kgpm3);
+               in_air.here.density_kgpm3, height_m);
 }
 
 }  // namespace
@@ -117,10 +125,11 @@ Loads loads(const FixedWing& vehicle, const Environment& environment, const Fixe
 }
 
 BodyVector derivative(const FixedWing& vehicle, const Environment& environment, const BodyVector& x,
-                      const Surfaces& surfaces, double throttle, const AirMotion& air) {
+                      const Surfaces& surfaces, double throttle, const AirMotion& air, const Loads& others,
+                      double height_m) {
   const BodyState state = body_state_from_vector(x);
   const BodyInAir in_air = body_in_air(state, environment, air);
-  return body_derivative(vehicle.mass, state, in_air, loads(vehicle, in_air, surfaces, throttle));
+  return body_derivative(vehicle.mass, state, in_air, loads(vehicle, in_air, surfaces, throttle, height_m) + others);
 }
 
 Result<FixedWingState> advance(const FixedWing& vehicle, const Environment& environment, const FixedWingState& state,
