@@ -85,7 +85,7 @@ class Circuit {
         }
       }
       const auto next = advance(vehicle_, environment_, ground_, state_, contact_, command_.controls, command_.gear,
-                                wind_, time_s, step_s);
+                                wind_, time_s, step_s, work_);
       if (!next) {
         out.crash = next.error().message;
         break;
@@ -122,6 +122,7 @@ class Circuit {
   Landing landing_;
   FixedWingState state_;
   ContactState contact_;
+  ContactWork work_;
   PilotCommand command_;
 };
 

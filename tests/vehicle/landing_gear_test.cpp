@@ -25,7 +25,8 @@ struct Parked {
   static Parked wgs84() { return Parked(Environment::wgs84(), std::make_shared<EllipsoidGround>(0)); }
 
   ContactReport step(double dt_s = 0.0025) {
-    const auto next = advance(vehicle, environment, ground, state, contact, controls, gear, wind, time_s, dt_s).value();
+    const auto next =
+        advance(vehicle, environment, ground, state, contact, controls, gear, wind, time_s, dt_s, work).value();
     time_s += dt_s;
     state = next.state;
     contact = next.contact;
@@ -38,6 +39,7 @@ struct Parked {
   FixedWingGround ground;
   FixedWingState state;
   ContactState contact;
+  ContactWork work;
   Controls controls;
   GearCommand gear;
   Vector3d wind = Vector3d::Zero();

@@ -120,8 +120,8 @@ Loads loads(const FixedWing& vehicle, const BodyInAir& in_air, const Surfaces& s
 }  // namespace
 
 Loads loads(const FixedWing& vehicle, const Environment& environment, const FixedWingState& state,
-            const Controls& controls, const AirMotion& air) {
-  return loads(vehicle, body_in_air(state, environment, air), state.surfaces, controls.throttle);
+            const Controls& controls, const AirMotion& air, double height_m) {
+  return loads(vehicle, body_in_air(state, environment, air), state.surfaces, controls.throttle, height_m);
 }
 
 BodyVector derivative(const FixedWing& vehicle, const Environment& environment, const BodyVector& x,

@@ -43,9 +43,10 @@ FixedWingGround ground_for(const FixedWing& vehicle, ContactGear gear, std::shar
           ground_effect_spans * vehicle.span_m, FixedWingGround::usual_tolerance(BodyVector::Zero())};
 }
 
-Result<FixedWingStep> advance(const FixedWing& vehicle, const Environment& environment, FixedWingGround& ground,
+Result<FixedWingStep> advance(const FixedWing& vehicle, const Environment& environment, const FixedWingGround& ground,
                               const FixedWingState& state, const ContactState& contact, const Controls& controls,
-                              const GearCommand& gear, const AirOverTime& air, double t_s, double dt_s) {
+                              const GearCommand& gear, const AirOverTime& air, double t_s, double dt_s,
+                              ContactWork& work) {
   const auto surfaces_at = [&](double time_s) {
     return surfaces_after(vehicle, state.surfaces, controls.surfaces, time_s - t_s);
   };
@@ -62,7 +63,7 @@ Result<FixedWingStep> advance(const FixedWing& vehicle, const Environment& envir
   };
   FixedWingStep step{state, contact, {}};
   BodyVector x = to_vector(state);
-  auto report = ground.advance(motion, fly, t_s, t_s + dt_s, gear, x, step.contact);
+  auto report = ground.advance(motion, fly, t_s, t_s + dt_s, gear, x, step.contact, work);
   if (!report) return fail(report);
   step.report = std::move(*report);
   step.state = {body_state_from_vector(x), surfaces_at(t_s + dt_s)};

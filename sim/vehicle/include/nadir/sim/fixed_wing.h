@@ -90,7 +90,7 @@ Loads loads(const FixedWing& vehicle, const AirData& air, const Eigen::Vector3d&
 /// The same for a vehicle in flight, throttle limited: force over mass is the specific force of an accelerometer in the
 /// centre of mass.
 Loads loads(const FixedWing& vehicle, const Environment& environment, const FixedWingState& state,
-            const Controls& controls, const AirMotion& air);
+            const Controls& controls, const AirMotion& air, double height_m = no_ground_m);
 
 /// Change with time of a body's state, surfaces being where they are. A pure function: the same arguments give the same
 /// bits. `others`: loads besides its own, as of the ground; `height_m`: above it.

@@ -46,6 +46,14 @@ struct ContactWork {
   Work contact;                    // of the implicit method
 };
 
+/// What the ground does to a vehicle at one moment.
+struct GroundTouch {
+  Loads loads;
+  std::uint32_t touching = 0;                                 // bit i: point i is in the ground
+  double normal_n = 0;                                        // all points' forces along the normal
+  double height_m = std::numeric_limits<double>::infinity();  // of the centre of mass above ground, where that is low
+};
+
 namespace contact_parts {
 
 /// Ground under each point, in coordinates from a place near the vehicle: ECEF itself has steps of a nanometre.
@@ -103,7 +111,7 @@ constexpr double still_mps = 3 * friction_speed_mps, still_mps2 = 0.01, woken_mp
 ///
 /// `Vector` begins with a `BodyVector`. `motion(t_s, x, loads, height_m)` gives its derivative under contact loads
 /// besides its own, at a height above ground (infinite above `low_m`). `fly(f, t_s, end_s, x)` integrates the
-/// derivative f(t_s, x) away from the ground, as the caller likes it. One thread at a time; same arguments, same bits.
+/// derivative f(t_s, x) away from the ground, as the caller likes it. Same arguments, same bits.
 template <class Vector>
 class GroundContact {
  public:
@@ -129,7 +137,7 @@ class GroundContact {
   /// `x` at `t_s` becomes the state at `end_s`; both `x` and `state` are left as they are on failure.
   template <class Motion, class Fly>
   Result<ContactReport> advance(const Motion& motion, const Fly& fly, double t_s, double end_s,
-                                const GearCommand& command, Vector& x, ContactState& state) {
+                                const GearCommand& command, Vector& x, ContactState& state, ContactWork& work) const {
     using namespace contact_parts;
     constexpr double far_m = std::numeric_limits<double>::infinity();
     const double duration_s = end_s - t_s;
@@ -143,11 +151,11 @@ class GroundContact {
       const auto look = [&] {
         state.clear_center_ecef = here;
         state.clear_m = ground_->clear_m({here});
-        ++work_.looks;
+        ++work.looks;
         return inside();
       };
       if (inside() || look()) {
-        ++work_.clear_steps;
+        ++work.clear_steps;
         state.touching = 0;
         const auto away = [&](double time_s, const Vector& at) { return motion(time_s, at, Loads{}, far_m); };
         if (auto done = fly(away, t_s, end_s, x); !done) return fail(done);
@@ -161,12 +169,12 @@ class GroundContact {
     y.template head<3>().setZero();
     const Body body = body_of(y, earth_rate_);
     if (state.resting) {
-      auto rested = rest(motion, t_s, end_s, command, x, state);
+      auto rested = rest(motion, t_s, end_s, command, x, state, work);
       if (!rested) return fail(rested);
       if (*rested) return ContactReport{};
     }
     const Planes planes = planes_under(*ground_, gear_, origin, body.ecef_from_body);
-    work_.looks += 1 + static_cast<std::int64_t>(gear_.points().size());
+    work.looks += 1 + static_cast<std::int64_t>(gear_.points().size());
     const auto height_m = [&](const Vector& local) {
       return planes.of_center.height_m + planes.of_center.normal.dot(local.template head<3>());
     };
@@ -177,7 +185,7 @@ class GroundContact {
     };
 
     if (!can_touch(gear_, planes, body, duration_s)) {
-      ++work_.low_steps;
+      ++work.low_steps;
       state.touching = 0;
       const auto low = [&](double time_s, const Vector& at) {
         return motion(time_s, at, Loads{},
@@ -188,7 +196,7 @@ class GroundContact {
     }
 
     // In contact, or nearly so
-    ++work_.contact_steps;
+    ++work.contact_steps;
     const auto touched = [&](double time_s, const Vector& local) {
       return motion(time_s, placed(local), loads_on(gear_, planes, body_of(local, earth_rate_), command),
                     height_m(local));
@@ -204,32 +212,49 @@ class GroundContact {
       note(gear_, planes, before, steps.before_s(), after, steps.time_s(), command, report);
       before = after;
     }
-    work_.contact += steps.work();
+    work.contact += steps.work();
     if (!done) return fail(done);
     y = steps.state();
     renormalise_quaternion(y, body_quaternion_at);
     state.step_s = steps.next_step_s();
     state.touching = touching(gear_, planes, before);
-    settle(touched, end_s, planes, command, y, state);
+    settle(touched, end_s, planes, command, y, state, work);
     x = placed(y);
     return report;
   }
 
   const ContactGear& gear() const { return gear_; }
   const Ground& ground() const { return *ground_; }
-  const ContactWork& work() const { return work_; }
+
+  /// At a state that has come of `advance`.
+  GroundTouch touch(const Vector& x, const ContactState& state, const GearCommand& command) const {
+    using namespace contact_parts;
+    GroundTouch out;
+    const Eigen::Vector3d here = x.template head<3>();
+    const double least_m = std::max(gear_.reach_m(), low_m_);
+    if (!state.resting && (here - state.clear_center_ecef).norm() + least_m < state.clear_m) return out;
+    Vector y = x;
+    y.template head<3>().setZero();
+    const Body body = body_of(y, earth_rate_);
+    const Planes planes = planes_under(*ground_, gear_, here, body.ecef_from_body);
+    out.height_m = planes.of_center.height_m;
+    out.touching = touching(gear_, planes, body);
+    out.loads = state.resting ? state.held : loads_on(gear_, planes, body, command);
+    out.normal_n = planes.of_center.normal.dot(body.ecef_from_body * out.loads.force_body_n);
+    return out;
+  }
 
  private:
   /// Comes to rest where nothing moves and nothing is about to: faster than friction creeps is not rest.
   template <class Touched>
   void settle(const Touched& touched, double time_s, const contact_parts::Planes& planes, const GearCommand& command,
-              Vector& y, ContactState& state) {
+              Vector& y, ContactState& state, ContactWork& work) const {
     using namespace contact_parts;
     Body body = body_of(y, earth_rate_);
     const double reach_m = gear_.reach_m();
     if (!state.touching || body.velocity_mps.norm() + reach_m * body.rates_radps.norm() > still_mps) return;
     Vector change = y;
-    evaluate(touched, time_s, y, change, work_.contact);
+    evaluate(touched, time_s, y, change, work.contact);
     if (!still(change, still_mps2)) return;
     state.resting = true;
     state.held = loads_on(gear_, planes, body, command);
@@ -245,12 +270,12 @@ class GroundContact {
   /// Stays where it is, unless loads have changed by too much since it settled: then false.
   template <class Motion>
   Result<bool> rest(const Motion& motion, double t_s, double end_s, const GearCommand& command, Vector& x,
-                    ContactState& state) {
+                    ContactState& state, ContactWork& work) const {
     const double height_m = ground_->under({x.template head<3>()}).height_m;
-    ++work_.looks;
+    ++work.looks;
     const auto held = [&](double time_s, const Vector& at) { return motion(time_s, at, state.held, height_m); };
     Vector change = x;
-    evaluate(held, t_s, x, change, work_.contact);
+    evaluate(held, t_s, x, change, work.contact);
     if (!(command == state.held_command) || !still(change, contact_parts::woken_mps2)) {
       state.resting = false;
       state.step_s = 0;
@@ -264,10 +289,10 @@ class GroundContact {
       };
       Adaptive<Rosenbrock<Vector>> steps(tolerance_);
       auto done = steps.advance(others, t_s, end_s, x);
-      work_.contact += steps.work();
+      work.contact += steps.work();
       if (!done) return fail(done);
     }
-    ++work_.resting_steps;
+    ++work.resting_steps;
     return true;
   }
 
@@ -276,7 +301,6 @@ class GroundContact {
   Eigen::Vector3d earth_rate_;
   double low_m_;
   Tolerance<Vector> tolerance_;
-  ContactWork work_;
 };
 
 }  // namespace nadir::sim

@@ -22,9 +22,11 @@ struct FixedWingStep {
   ContactState contact;
   ContactReport report;
 };
-Result<FixedWingStep> advance(const FixedWing& vehicle, const Environment& environment, FixedWingGround& ground,
+/// Adds to `work` what the ground cost.
+Result<FixedWingStep> advance(const FixedWing& vehicle, const Environment& environment, const FixedWingGround& ground,
                               const FixedWingState& state, const ContactState& contact, const Controls& controls,
-                              const GearCommand& gear, const AirOverTime& air, double t_s, double dt_s);
+                              const GearCommand& gear, const AirOverTime& air, double t_s, double dt_s,
+                              ContactWork& work);
 
 /// A vehicle that stands on its gear at rest: level, its lowest point on the ground under `place`, facing `yaw_rad`.
 /// What its springs give by is left for the first tenths of a second.
