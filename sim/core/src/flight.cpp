@@ -23,7 +23,11 @@ class FlownPoses final : public PoseSource {
 
   void schedule(Scheduler& scheduler) override {
     scheduler.add(Scheduler::Stage::Decide, period_rate, [this](std::int64_t) { return flight_.decide(); });
-    scheduler.add(Scheduler::Stage::Move, period_rate, [this](std::int64_t) { return flight_.move(); });
+    scheduler.add(Scheduler::Stage::Move, period_rate, [this, &scheduler](std::int64_t) -> Result<void> {
+      if (auto ok = flight_.move(); !ok) return ok;
+      if (const FlightEvent* event = flight_.ended()) scheduler.end_at(event->time_ns);
+      return {};
+    });
   }
 
   Result<VehicleState> state_at(std::int64_t time_ns) const override {
@@ -39,6 +43,7 @@ class FlownPoses final : public PoseSource {
 
   std::span<const std::string> channels() const override { return flight_.vehicle().channels(); }
   const MotionPlan* motion_plan() const override { return &plan_; }
+  std::span<const FlightEvent> events() const override { return flight_.events(); }
 
  private:
   Flight flight_;
@@ -147,9 +152,12 @@ Result<std::unique_ptr<PoseSource>> make_flight(const RunFile& run, const std::s
   const FixedWing vehicle = aerosonde();
   const auto start = in_scene(setup.start, ground);
   if (!start) return fail(start);
-  if (start->height_m <= ground.up_m())
-    return fail(Error::Kind::Malformed, fmt::format("start: expected a height above the ground, found {:.1f} m over it",
-                                                    start->height_m - ground.up_m()));
+  const double over_ground_m = start->height_m - ground.up_m();
+  if (over_ground_m < 0)
+    return fail(
+        Error::Kind::Malformed,
+        fmt::format("start: expected a height on the ground or above it, found {:.1f} m over it", over_ground_m));
+  const bool on_ground = over_ground_m < 1e-3;
   const LocalFrame& scene = ground.frame();
   const Geodetic place =
       geodetic_from_ecef(scene.ecef_from_enu() * Point<frame::Enu>{{start->east_m, start->north_m, start->height_m}});
@@ -169,12 +177,18 @@ Result<std::unique_ptr<PoseSource>> make_flight(const RunFile& run, const std::s
     waypoints.push_back(*waypoint);
   }
   const double yaw_rad = to_radians(setup.yaw_deg);
+  const auto on = ground_flight(setup.ground, gear_of(setup.model), ground, *start, yaw_rad, on_ground);
+  if (!on) return fail(on);
+  Waypoint mission_start = *start;
+  if (on->takeoff) mission_start.height_m += on->takeoff->clear_m;
+  if (on->landing)
+    for (const Waypoint& gate : approach(*on->landing, setup.ground.land->straight_m)) waypoints.push_back(gate);
   if (waypoints.empty()) {  // straight on, farther than the run lasts
     const double reach_m = (setup.airspeed_mps + 100) * (static_cast<double>(run.duration_ns) * 1e-9 + 10);
-    waypoints.push_back(
-        {start->north_m + reach_m * std::cos(yaw_rad), start->east_m + reach_m * std::sin(yaw_rad), start->height_m});
+    waypoints.push_back({start->north_m + reach_m * std::cos(yaw_rad), start->east_m + reach_m * std::sin(yaw_rad),
+                         mission_start.height_m});
   }
-  auto mission = Mission::create(*start, waypoints, setup.turn_radius_m,
+  auto mission = Mission::create(mission_start, waypoints, setup.turn_radius_m,
                                  setup.repeat_mission ? AfterMission::Repeat : AfterMission::Circle);
   if (!mission) return fail(mission);
 
@@ -192,6 +206,7 @@ Result<std::unique_ptr<PoseSource>> make_flight(const RunFile& run, const std::s
                                  .airspeed_mps = setup.airspeed_mps,
                                  .wind_ned_mps = air->air().end().velocity_ned_mps,
                                  .mission = *mission,
+                                 .ground = *on,
                                  .tolerance_m = setup.trajectory_tolerance_m,
                                  .scheme = scheme});
     if (!flown) return fail(flown);

@@ -61,6 +61,7 @@ std::string vehicle_text(const RunFile& run, const VehicleSetup& vehicle) {
                         vehicle.airspeed_mps);
     text +=
         fmt::format("    turn_radius_m: {}\n    repeat_mission: {}\n", vehicle.turn_radius_m, vehicle.repeat_mission);
+    text += ground_text(vehicle.ground);
     text += fmt::format("    trajectory_tolerance_m: {}\n", vehicle.trajectory_tolerance_m);
     if (vehicle.integration) text += integration_text(*vehicle.integration);
     if (!vehicle.mission.empty()) text += "    mission:\n";

@@ -26,8 +26,10 @@ std::vector<Place> fly(const MakeFlight& make, const Scheme& scheme, const Trial
     candidate.fault = flight.error().message;
     return places;
   }
-  for (int i = 0; i < trial.intervals && candidate.fault.empty(); ++i) {
+  // A crash ends the trial as it will end the flight
+  for (int i = 0; i < trial.intervals && candidate.fault.empty() && !flight->ended(); ++i) {
     if (auto ok = flight->fly(flight->time_ns() + Flight::period_ns); !ok) candidate.fault = ok.error().message;
+    if (flight->ended() && flight->ended()->name == FlightEvent::diverged) candidate.fault = in_words(*flight->ended());
     const BodyState& body = flight->vehicle().body();
     places.push_back({body.position.xyz, body.ecef_from_body.quaternion});
   }
@@ -70,7 +72,7 @@ Result<Plan> plan_flight(const MakeFlight& make, double tolerance_m, std::int64_
     const std::vector<Place> places = fly(make, scheme, trial, candidate);
     if (candidate.fault.empty()) {
       candidate.error = 0;
-      for (std::size_t i = 0; i < places.size(); ++i)
+      for (std::size_t i = 0; i < std::min(places.size(), reference.size()); ++i)
         candidate.error = std::max(*candidate.error, apart_m(places[i], reference[i]) / tolerance_m);
     }
     return candidate;

@@ -15,6 +15,7 @@
 #include "nadir/render/quality.h"
 #include "nadir/render/renderer.h"
 #include "nadir/sim/air_setup.h"
+#include "nadir/sim/ground_setup.h"
 #include "nadir/sim/integrator.h"
 #include "nadir/sim/scheduler.h"
 #include "nadir/tile/role.h"
@@ -83,7 +84,8 @@ struct VehicleSetup {
   double yaw_deg = 0, airspeed_mps = 25;
   std::vector<WaypointSetup> mission;  // where empty: straight on
   double turn_radius_m = 150;
-  bool repeat_mission = false;           // else a circle at the end
+  bool repeat_mission = false;  // else a circle at the end
+  GroundSetup ground;
   double trajectory_tolerance_m = 1e-3;  // of what steps of the motion make of it
   std::optional<Scheme> integration;     // else the cheapest within that tolerance: plan_flight
   std::vector<std::pair<std::string, SensorSetup>> sensors;

@@ -50,7 +50,8 @@ class ContactGear {
   /// Fails with all that is wrong with the points: a coefficient outside its range, a stiffness above 1e8 N/m, more
   /// than 32 points.
   static Result<ContactGear> create(std::vector<ContactPoint> points);
-  ContactGear() = default;
+  /// None: the airframe itself, at its centre of mass, which may not touch.
+  ContactGear() : points_{{.name = "airframe", .kind = ContactPoint::Kind::Part}} {}
 
   const std::vector<ContactPoint>& points() const { return points_; }
   double reach_m() const { return reach_m_; }  // of the farthest point from the centre of mass
