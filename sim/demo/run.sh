@@ -5,14 +5,17 @@ nadir=$(realpath "$1")
 out=$(realpath -m "$2")
 cd "$(dirname "$0")/runs"
 
-echo "1/3 Spain: an Aerosonde with an optical and a radar camera, footprints of 2.5 km"
+echo "1/4 Spain: an Aerosonde with an optical and a radar camera, footprints of 2.5 km"
 "$nadir" fly spain.yaml -o "$out/spain" --force
 
-echo; echo "2/3 North Dakota: cameras see the photograph of 2014, the onboard reference is of 2010"
+echo; echo "2/4 North Dakota: cameras see the photograph of 2014, the onboard reference is of 2010"
 "$nadir" fly naip.yaml -o "$out/naip" --force
 
-echo; echo "3/3 Kampala: recorded poses, low and slow, over a 7.5 cm orthophoto"
+echo; echo "3/4 Kampala: recorded poses, low and slow, over a 7.5 cm orthophoto"
 "$nadir" fly kampala.yaml -o "$out/kampala" --force
+
+echo; echo "4/4 North Dakota: take-off, a circuit and a landing"
+"$nadir" fly circuit.yaml -o "$out/circuit" --force
 
 echo
 echo "Open in a browser:"

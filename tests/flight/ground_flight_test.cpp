@@ -155,6 +155,12 @@ TEST(GroundFlight, ItsMotionCanBePlanned) {
   ASSERT_TRUE(plan) << plan.error().message;
   const auto crashes = plan_flight([](const Scheme& scheme) { return make(dive(), scheme); }, 1e-3, 30'000'000'000);
   EXPECT_TRUE(crashes) << crashes.error().message;
+  Scenario unstable = dive();
+  unstable.height_m = 1000;
+  unstable.vehicle.roll.p = 20;
+  const auto diverges = plan_flight([&](const Scheme& s) { return make(unstable, s); }, 1e-3, 30'000'000'000);
+  ASSERT_TRUE(diverges) << diverges.error().message;
+  EXPECT_NE(diverges->why.find("diverges"), std::string::npos) << diverges->why;
 }
 
 }  // namespace

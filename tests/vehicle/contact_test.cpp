@@ -1,5 +1,6 @@
 #include "nadir/sim/contact.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -245,6 +246,28 @@ TEST(Contact, FarFromTheGroundNothingIsPaid) {
   for (int i = 0; i < 400; ++i) sled.step();
   EXPECT_EQ(work.low_steps, 400);
   EXPECT_EQ(work.contact_steps + work.contact.evaluations, 0);
+}
+
+TEST(Contact, WhatTheGroundCostsIsCounted) {
+  // A drop of 0.3 m that bounces and settles, a slide, and standing: evaluations a step of 2.5 ms.
+  for (const double k : {1e3, 1e4, 1e5, 1e6, 1e7}) {
+    Sled drop(pin(k, 0.5));
+    drop.place({0, 0, -0.6}, {0, 0, 0});
+    for (int i = 0; i < 400; ++i) drop.step();
+    Sled slide(four({.name = "skid", .stiffness_npm = k, .damping_spm = 2, .friction = 0.5}));
+    slide.place({0, 0, 11 * g / (4 * k)}, {10, 0, 0});
+    for (int i = 0; i < 400; ++i) slide.step();
+    const auto each = [](const Sled& sled) {
+      return static_cast<double>(sled.work.contact.evaluations) / static_cast<double>(sled.work.contact_steps);
+    };
+    RecordProperty(fmt::format("drop_evaluations_{:g}", k), fmt::format("{:.1f}", each(drop)));
+    RecordProperty(fmt::format("drop_steps_{:g}", k),
+                   fmt::format("{:.2f}", static_cast<double>(drop.work.contact.steps) /
+                                             static_cast<double>(drop.work.contact_steps)));
+    RecordProperty(fmt::format("slide_evaluations_{:g}", k), fmt::format("{:.1f}", each(slide)));
+    EXPECT_LT(each(slide), 50) << k;  // an explicit method takes the more the stiffer friction is: 4e4 /s here
+    EXPECT_LT(each(drop), 400) << k;
+  }
 }
 
 TEST(Contact, APartThatMeetsTheGroundIsACrashWithItsTime) {

@@ -61,6 +61,11 @@ Result<Plan> plan_flight(const MakeFlight& make, double tolerance_m, std::int64_
     plan.stiff = true;
     reference_run = {};
     reference = fly(make, {.method = Method::Rosenbrock, .tightness = 1e-4}, trial, reference_run);
+    if (reference_run.fault.starts_with(FlightEvent::diverged)) {  // so will the flight, and say when and how
+      plan.scheme = {.method = Method::Rk4, .steps = 4};
+      plan.why = "the flight diverges, however finely it is stepped";
+      return plan;
+    }
     if (!reference_run.fault.empty())
       return fail(Error::Kind::Unsupported, "no scheme flies this motion: " + reference_run.fault);
   }
