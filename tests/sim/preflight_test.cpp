@@ -72,7 +72,7 @@ TEST_F(Missions, AllFaultsOfAllVehiclesAreToldWithTheirLines) {
   for (const char* part : {"'vehicles.p.mission[0]': goes on for ever",
                            "'vehicles.p.mission[2]': the edges from corner 1 and from corner 3",
                            "'vehicles.p.mission[3]': found no way within the area",
-                           "'vehicles.q': start: expected a height above the ground, found -5.0 m over it"})
+                           "'vehicles.q': start: expected a height on the ground or above it, found -5.0 m over it"})
     EXPECT_NE(text.find(part), std::string::npos) << part << "\nin\n" << text;
   EXPECT_EQ(text.find("run.yaml:"), 0u) << text;
   EXPECT_NE(said(vehicle("      - {north_m: 300, east_m: 400}\n      - {north_m: 300, east_m: 400.2}\n"))

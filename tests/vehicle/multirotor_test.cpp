@@ -219,7 +219,7 @@ TEST(Multirotor, CurrentsIntegratedOrSettledGiveTheSameFlight) {
   MultirotorState settled = start;
   for (int i = 0; i < 40; ++i) settled = advance(vehicle, flat, settled, controls, still, i / 400.0, 1.0 / 400).value();
 
-  const MultirotorMotion motion(vehicle, flat, start, controls, still, 0, no_ground_m, CurrentModel::Integrated);
+  const MultirotorMotion motion(vehicle, flat, start, controls, still, 0, far_below_m, CurrentModel::Integrated);
   MultirotorVector x = to_vector(vehicle, start, CurrentModel::Integrated);
   ASSERT_EQ(x.size(), 13 + 8);
   auto tolerance = Tolerance<MultirotorVector>::same(x, 1e-7, 0);

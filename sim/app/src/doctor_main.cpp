@@ -210,6 +210,8 @@ Result<void> run(const std::string& path, const std::string& cache, bool json) {
   sim::Sink* const sinks[] = {&rehearsal};
   const auto flown = run->execute(renderer, sinks, /*render_frames=*/false, /*pace=*/0);
   if (!flown) return fail(flown);
+  if (const sim::RunEvent* end = flown->ended())
+    doctor.note(Finding::Kind::Warning, fmt::format("the run ends early: {}", in_words(*end)));
   if (auto ok = run->fit_time_budgets(renderer); !ok) return ok;
   for (std::size_t i = 0; i < run->sensors().size(); ++i)
     if (auto ok = doctor.look_at_sensor(*run, run->sensors()[i], rehearsal.kept(i), rehearsal.count(i), renderer); !ok)

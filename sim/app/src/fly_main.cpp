@@ -11,6 +11,7 @@
 #include "nadir/base/files.h"
 #include "nadir/base/progress.h"
 #include "nadir/base/text.h"
+#include "nadir/record/event_record.h"
 #include "nadir/record/flight_report.h"
 #include "nadir/record/flights_report.h"
 #include "nadir/record/run_sinks.h"
@@ -59,7 +60,7 @@ void print_summary(const FlyArguments& arguments, const sim::Run& run, const sim
                                    {"rejected", summary.rejected},
                                    {"coarse", summary.coarse},
                                    {"seconds", summary.seconds},
-                                   {"simulated_seconds", static_cast<double>(run.file().duration_ns) * 1e-9},
+                                   {"simulated_seconds", static_cast<double>(summary.flown_ns) * 1e-9},
                                    {"median_frame_ms", median},
                                    {"valid_fraction", report.mean_valid_fraction()},
                                    {"cross_track_m", report.worst_cross_track_m()},
@@ -70,6 +71,10 @@ void print_summary(const FlyArguments& arguments, const sim::Run& run, const sim
       for (const record::Excursion& e : excursions)
         leaves.push_back({{"sensor", sensor}, {"from_ns", e.from_ns}, {"to_ns", e.to_ns}, {"exposures", e.exposures}});
     json["leaves_map"] = leaves;
+    json["ended_early"] = summary.ended() != nullptr;
+    json["events"] = nlohmann::ordered_json::array();
+    for (const sim::RunEvent& event : summary.events)
+      json["events"].push_back(nlohmann::ordered_json::parse(record::event_record(event)));
     if (!budgets.empty()) {
       json["time_budgets"] = nlohmann::ordered_json::array();
       for (const std::string& line : budgets) json["time_budgets"].push_back(nlohmann::ordered_json::parse(line));
@@ -82,7 +87,7 @@ void print_summary(const FlyArguments& arguments, const sim::Run& run, const sim
     fmt::print(
         "{} frames of a flight of {} s in {:.1f} s: {:.1f} frames a second, {:.1f} ms each in the renderer (median), "
         "{:.1f} % of the pixels on the map\n",
-        summary.frames, run.file().duration_text, summary.seconds,
+        summary.frames, static_cast<double>(summary.flown_ns) * 1e-9, summary.seconds,
         static_cast<double>(summary.frames) / std::max(summary.seconds, 1e-9), median,
         100 * report.mean_valid_fraction());
   if (!budgets.empty()) fmt::print("{} of the frames with a time budget took longer\n", summary.late);
@@ -98,6 +103,8 @@ void print_summary(const FlyArguments& arguments, const sim::Run& run, const sim
     for (const record::Excursion& e : excursions)
       fmt::print("{} leaves the map from {:.2f} s to {:.2f} s ({} exposures)\n", sensor,
                  static_cast<double>(e.from_ns) * 1e-9, static_cast<double>(e.to_ns) * 1e-9, e.exposures);
+  for (const sim::RunEvent& event : summary.events)
+    if (!event.event.ends_flight) fmt::print("{}\n", in_words(event));
   if (run.file().record_report || arguments.dry_run) fmt::print("look at {}/report.html\n", arguments.folder);
 }
 
@@ -202,7 +209,11 @@ Result<void> run(const FlyArguments& arguments) {
   if (!summary) return fail(summary);
   if (file->record_report || arguments.dry_run)
     if (auto ok = report.write(renderer, arguments.folder, *summary, frames); !ok) return ok;
+  if (auto ok = record::write_events(arguments.folder, summary->events); !ok) return ok;
   print_summary(arguments, *run, *summary, report, budgets);
+  if (const sim::RunEvent* end = summary->ended())
+    return fail(Error::Kind::Unsupported,
+                fmt::format("{}; the run ended there, and what was recorded until then is whole", in_words(*end)));
   return report_damage(summary->damaged, summary->damage);
 }
 

@@ -25,7 +25,11 @@ class FlownPoses final : public PoseSource {
 
   void schedule(Scheduler& scheduler) override {
     scheduler.add(Scheduler::Stage::Decide, period_rate, [this](std::int64_t) { return flight_.decide(); });
-    scheduler.add(Scheduler::Stage::Move, period_rate, [this](std::int64_t) { return flight_.move(); });
+    scheduler.add(Scheduler::Stage::Move, period_rate, [this, &scheduler](std::int64_t) -> Result<void> {
+      if (auto ok = flight_.move(); !ok) return ok;
+      if (const FlightEvent* event = flight_.ended()) scheduler.end_at(event->time_ns);
+      return {};
+    });
   }
 
   Result<VehicleState> state_at(std::int64_t time_ns) const override {
@@ -41,6 +45,7 @@ class FlownPoses final : public PoseSource {
 
   std::span<const std::string> channels() const override { return flight_.vehicle().channels(); }
   const MotionPlan* motion_plan() const override { return &plan_; }
+  std::span<const FlightEvent> events() const override { return flight_.events(); }
 
  private:
   Flight flight_;
@@ -122,7 +127,7 @@ Result<std::unique_ptr<PoseSource>> make_flight(const RunFile& run, const std::s
   const FixedWing vehicle = setup.fixed_wing();
   const LocalFrame& scene = ground.frame();
   const Geodetic place = geodetic_from_ecef(
-      scene.ecef_from_enu() * Point<frame::Enu>{{plan.start.east_m, plan.start.north_m, plan.start.height_m}});
+      scene.ecef_from_enu() * Point<frame::Enu>{{plan.begin.east_m, plan.begin.north_m, plan.begin.height_m}});
 
   const auto environment = environment_of(run, scene, place);
   if (!environment) return fail(environment);
@@ -144,6 +149,7 @@ Result<std::unique_ptr<PoseSource>> make_flight(const RunFile& run, const std::s
                         .mission = plan.mission,
                         .change_gains = [autopilot = setup.autopilot](FlightGains& gains) { autopilot.apply(gains); },
                         .fly_unstable = setup.autopilot.fly_unstable,
+                        .ground = plan.ground,
                         .tolerance_m = setup.trajectory_tolerance_m,
                         .scheme = scheme});
     if (!flown) return fail(flown);

@@ -204,16 +204,27 @@ Result<FlightPlan> Planner::plan() {
   const auto start = place(setup_.start.place, setup_.start.height);
   if (!start) return fail(start);
   start_ = {start->north_east_m.x(), start->north_east_m.y(), start->height_m, to_radians(setup_.yaw_deg)};
+  const Waypoint begin = start_;
+  constexpr double on_ground_m = 1e-3;
   const double above_m = height_above_ground_m(ground_, ecef_from_scene(*start, ground_));
-  if (!(above_m > 0))
-    note_vehicle(fmt::format("start: expected a height above the ground, found {:.1f} m over it", above_m));
+  if (above_m < -on_ground_m)
+    note_vehicle(fmt::format("start: expected a height on the ground or above it, found {:.1f} m over it", above_m));
+  auto on_ground = ground_flight(setup_.ground, gear_of(setup_.model), ground_, begin, to_radians(setup_.yaw_deg),
+                                 above_m < on_ground_m);
+  if (!on_ground) note_vehicle(on_ground.error().message);
+  if (on_ground && on_ground->takeoff) start_.height_m += on_ground->takeoff->clear_m;
 
   for (item_ = 0; item_ < setup_.mission.size(); ++item_) {
     const auto ok = std::visit([&](const auto& what) { return add(what); }, setup_.mission[item_].what);
     if (!ok) note(mission_message(run_, setup_.mission[item_], ok.error().message));
     setup_item_.resize(items_.size(), item_);
   }
-  if (setup_.mission.empty()) {
+  if (on_ground && on_ground->landing) {
+    for (const Waypoint& gate : approach(*on_ground->landing, setup_.ground.land->straight_m))
+      items_.emplace_back(gate);
+    if (!setup_.mission.empty()) setup_item_.resize(items_.size(), setup_.mission.size() - 1);
+  }
+  if (items_.empty() && message.empty()) {
     const double reach_m = (setup_.airspeed_mps + 100) * (duration_s() + 10);
     items_.emplace_back(Waypoint{start_.north_m + reach_m * std::cos(*start_.course_rad),
                                  start_.east_m + reach_m * std::sin(*start_.course_rad), start_.height_m});
@@ -229,7 +240,8 @@ Result<FlightPlan> Planner::plan() {
   if (!message.empty()) return fail(Error::Kind::Malformed, message);
   auto mission = Mission::create(start_, items_, setup_.turn_radius_m, after);
   if (!mission) return fail(mission);
-  return FlightPlan{start_, std::move(*mission), std::move(setup_item_), std::move(surveys_)};
+  return FlightPlan{
+      begin, std::move(*on_ground), start_, std::move(*mission), std::move(setup_item_), std::move(surveys_)};
 }
 
 }  // namespace

@@ -56,8 +56,11 @@ Result<std::vector<FlightOutcome>> fly_one(Run& run) {
   render::Renderer unused({.cache_bytes = 0, .threads = 1});
   const std::array<Sink*, 1> sinks = {&sink};
   const auto done = run.execute(unused, sinks, /*render_frames=*/false, /*pace=*/0);
-  if (!done)
-    for (FlightOutcome& one : outcomes) one.fault = done.error().message;
+  const RunEvent* ended = done ? done->ended() : nullptr;
+  for (FlightOutcome& one : outcomes) {
+    if (!done) one.fault = done.error().message;
+    if (ended) one.fault = in_words(*ended);
+  }
   return outcomes;
 }
 

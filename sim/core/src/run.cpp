@@ -167,6 +167,16 @@ render::ExactChain exact_chain(const VehicleState& state, const PreparedSensor& 
   return {sensor.camera, camera_motion(state, sensor), sensor.setup.shutter, sensor.scene.surface()};
 }
 
+std::string in_words(const RunEvent& event) {
+  return fmt::format("vehicle {}: {}", event.vehicle, in_words(event.event));
+}
+
+const RunEvent* RunSummary::ended() const {
+  for (const RunEvent& event : events)
+    if (event.event.ends_flight) return &event;
+  return nullptr;
+}
+
 Result<RunSummary> Run::execute(render::Renderer& renderer, std::span<Sink* const> sinks, bool render_frames,
                                 double pace) {
   if (render_frames)
@@ -245,6 +255,12 @@ Result<RunSummary> Run::execute(render::Renderer& renderer, std::span<Sink* cons
   for (Sink* sink : sinks)  // after a failure too: what was told until then is whole
     if (auto ok = sink->finish(); !ok && done) done = ok;
   if (!done) return fail(done);
+  summary.flown_ns = scheduler.end_ns();
+  for (const PreparedVehicle& vehicle : vehicles_)
+    for (const FlightEvent& event : vehicle.source->events())
+      if (event.time_ns <= summary.flown_ns) summary.events.push_back({vehicle.name, event});
+  std::stable_sort(summary.events.begin(), summary.events.end(),
+                   [](const RunEvent& a, const RunEvent& b) { return a.event.time_ns < b.event.time_ns; });
   summary.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return summary;
 }

@@ -214,6 +214,9 @@ VehicleSetup read_vehicle(const YamlMap& yaml, const SceneSetup& scene, const st
       if (!is_multirotor(vehicle.model)) take_positive(*start, "airspeed_mps", vehicle.airspeed_mps);
     }
     take(yaml.flag("repeat_mission"), vehicle.repeat_mission);
+    vehicle.ground = read_ground(yaml);
+    if (vehicle.ground.land && vehicle.repeat_mission)
+      yaml.fault("land", "expected no repeat_mission beside it: a mission that repeats never lands");
     take_positive(yaml, "trajectory_tolerance_m", vehicle.trajectory_tolerance_m);
     if (!(vehicle.trajectory_tolerance_m >= 1e-6)) yaml.fault("trajectory_tolerance_m", "expected at least 1e-6");
     if (const auto integration = yaml.map("integration")) vehicle.integration = read_integration(*integration);

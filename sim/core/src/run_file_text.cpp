@@ -60,6 +60,7 @@ std::string vehicle_text(const RunFile& run, const VehicleSetup& vehicle) {
       text += fmt::format("    turn_radius_m: {}\n    autopilot: {}\n", vehicle.turn_radius_m,
                           autopilot_text(vehicle.autopilot));
     text += fmt::format("    repeat_mission: {}\n", vehicle.repeat_mission);
+    if (!vehicle.multirotor) text += ground_text(vehicle.ground);
     text += fmt::format("    trajectory_tolerance_m: {}\n", vehicle.trajectory_tolerance_m);
     if (vehicle.integration) text += integration_text(*vehicle.integration);
     if (vehicle.multirotor) text += multirotor_text(*vehicle.multirotor);

@@ -29,7 +29,8 @@ std::int64_t Rate::time_ns(std::int64_t k) const {
 
 void Scheduler::add(Stage stage, const Rate& rate, Task task) { parts_.push_back({stage, rate, std::move(task)}); }
 
-Result<void> Scheduler::run(std::int64_t end_ns, double pace) const {
+Result<void> Scheduler::run(std::int64_t end_ns, double pace) {
+  end_ns_ = end_ns;
   struct Next {
     std::int64_t time_ns;
     Stage stage;
@@ -47,7 +48,7 @@ Result<void> Scheduler::run(std::int64_t end_ns, double pace) const {
     Next next = queue.top();
     queue.pop();
     const Part& part = parts_[next.part];
-    if (next.time_ns > end_ns || (part.stage == Stage::Move && next.time_ns == end_ns)) continue;
+    if (next.time_ns > end_ns_ || (part.stage == Stage::Move && next.time_ns == end_ns_)) continue;
     if (pace > 0)
       std::this_thread::sleep_until(start +
                                     std::chrono::nanoseconds(std::llround(static_cast<double>(next.time_ns) / pace)));

@@ -149,7 +149,7 @@ class FlownMultirotor final : public FlownVehicle {
   }
   /// Height of the ground below as `Surroundings::height_m` counts.
   double ground_below(const BodyState& body) const {
-    if (!flight_.ground.height_above_m) return no_ground_m;
+    if (!flight_.ground.height_above_m) return far_below_m;
     return flight_.environment.at(body.position).height_m - flight_.ground.height_above_m(body.position);
   }
   double supply_v(const AirMotion& air) const {
@@ -234,7 +234,7 @@ class FlownMultirotor final : public FlownVehicle {
   MultirotorPilot pilot_;
   Stance state_, before_;  // at the end and at the beginning of the last period
   std::int64_t state_ns_ = 0, before_ns_ = 0;
-  double ground_m_ = no_ground_m;
+  double ground_m_ = far_below_m;
   MultirotorControls controls_;
   MultirotorSetpoint setpoint_;
   Integrator<Vector> integrator_;

@@ -26,8 +26,10 @@ std::vector<Place> fly(const MakeFlight& make, const Scheme& scheme, const Trial
     candidate.fault = flight.error().message;
     return places;
   }
-  for (int i = 0; i < trial.intervals && candidate.fault.empty(); ++i) {
+  // A crash ends the trial as it will end the flight
+  for (int i = 0; i < trial.intervals && candidate.fault.empty() && !flight->ended(); ++i) {
     if (auto ok = flight->fly(flight->time_ns() + Flight::period_ns); !ok) candidate.fault = ok.error().message;
+    if (flight->ended() && flight->ended()->name == FlightEvent::diverged) candidate.fault = in_words(*flight->ended());
     const BodyState& body = flight->vehicle().body();
     places.push_back({body.position.xyz, body.ecef_from_body.quaternion});
   }
@@ -59,6 +61,11 @@ Result<Plan> plan_flight(const MakeFlight& make, double tolerance_m, std::int64_
     plan.stiff = true;
     reference_run = {};
     reference = fly(make, {.method = Method::Rosenbrock, .tightness = 1e-4}, trial, reference_run);
+    if (reference_run.fault.starts_with(FlightEvent::diverged)) {  // so will the flight, and say when and how
+      plan.scheme = {.method = Method::Rk4, .steps = 4};
+      plan.why = "the flight diverges, however finely it is stepped";
+      return plan;
+    }
     if (!reference_run.fault.empty())
       return fail(Error::Kind::Unsupported, "no scheme flies this motion: " + reference_run.fault);
   }
@@ -70,7 +77,7 @@ Result<Plan> plan_flight(const MakeFlight& make, double tolerance_m, std::int64_
     const std::vector<Place> places = fly(make, scheme, trial, candidate);
     if (candidate.fault.empty()) {
       candidate.error = 0;
-      for (std::size_t i = 0; i < places.size(); ++i)
+      for (std::size_t i = 0; i < std::min(places.size(), reference.size()); ++i)
         candidate.error = std::max(*candidate.error, apart_m(places[i], reference[i]) / tolerance_m);
     }
     return candidate;

@@ -43,6 +43,16 @@ ExplicitMethod explicit_method(Scheme::Method method) {
   }
 }
 
+Work& Work::operator+=(const Work& other) {
+  evaluations += other.evaluations;
+  jacobians += other.jacobians;
+  factorisations += other.factorisations;
+  solves += other.solves;
+  steps += other.steps;
+  rejected += other.rejected;
+  return *this;
+}
+
 double cost_of(const Work& work, std::int64_t size, bool gives_jacobian, const CostModel& model) {
   const auto n = static_cast<double>(size);
   const double flops = model.flops_per_evaluation > 0 ? model.flops_per_evaluation : 20 * n;

@@ -24,9 +24,9 @@ Error not_finite(const Eigen::Ref<const Eigen::VectorXd>& x, double t_s) {
   while (i + 1 < x.size() && std::isfinite(x[i])) ++i;
   return {Error::Kind::Unsupported,
           fmt::format(
-              "the motion diverged at t = {} s: component {} of the state is {}; a shorter step, gentler controls or "
-              "gains are needed",
-              t_s, i, x[i])};
+              "the motion diverged at t = {} s: component {} of the state is no finite number; a shorter step, gentler "
+              "controls or gains are needed",
+              t_s, i)};
 }
 
 }  // namespace nadir::sim

@@ -8,6 +8,7 @@
 
 #include "frame_paths.h"
 #include "nadir/base/files.h"
+#include "nadir/record/event_record.h"
 #include "nadir/record/image_files.h"
 #include "nadir/record/time_budget_record.h"
 #include "nadir/record/truth_plane_file.h"
@@ -67,7 +68,7 @@ Result<void> clear_dataset(const fs::path& folder, bool force) {
   std::error_code error;
   if (!fs::exists(folder / "frames.jsonl", error)) return {};  // somebody else's files stay
   for (const char* name : {"frames", "telemetry", "truth_rows", "pictures", "camera", "frames.jsonl",
-                           "footprints.geojson", time_budgets_file, "report.html", "run.yaml"})
+                           "footprints.geojson", time_budgets_file, events_file, "report.html", "run.yaml"})
     fs::remove_all(folder / name, error);
   return {};
 }

@@ -187,7 +187,7 @@ Result<void> FlightReport::write(render::Renderer& renderer, const std::filesyst
                                  const sim::RunSummary& summary, bool frames) const {
   const std::filesystem::path pictures = folder / "pictures";
   Report report{frames ? "Flight report" : "Rehearsal: where the cameras will look",
-                fmt::format("{} simulated in {:.1f} s", run_.file().duration_text + " s", summary.seconds)};
+                fmt::format("{} s simulated in {:.1f} s", seconds(summary.flown_ns), summary.seconds)};
 
   // The main figures
   const std::string when = settle_s() > 0 ? fmt::format("at most, after {} s", settle_s()) : "at most";
@@ -239,6 +239,9 @@ Result<void> FlightReport::write(render::Renderer& renderer, const std::filesyst
   for (const sim::PreparedVehicle& vehicle : run_.vehicles())
     if (const sim::MotionPlan* plan = vehicle.source->motion_plan())
       motion.lines.push_back(fmt::format("{}: {}: {}", vehicle.name, to_string(plan->scheme), plan->why));
+  List events{"events", {}};
+  for (const sim::RunEvent& event : summary.events) events.lines.push_back(in_words(event));
+  if (!events.lines.empty()) flight.items.emplace_back(std::move(events));
   if (!motion.lines.empty()) flight.items.emplace_back(std::move(motion));
   if (frames) {
     cost.items.emplace_back(std::move(cost_chart));

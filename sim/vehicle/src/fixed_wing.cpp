@@ -28,6 +28,12 @@ double stall_blend(const FixedWing& vehicle, double alpha_rad) {
   return 1 - below * above;
 }
 
+double ground_effect(const FixedWing& vehicle, double height_m) {
+  if (!vehicle.feels_ground || height_m >= ground_effect_spans * vehicle.span_m) return 1;
+  const double s = 16 * std::max(height_m, 0.0) / vehicle.span_m;
+  return s * s / (1 + s * s);
+}
+
 namespace {
 
 /// Coefficients, less what rates, side-slip and surfaces do.
@@ -47,12 +53,13 @@ double lift_over_stall(const FixedWing& vehicle, double alpha, double sin_alpha,
   return (1 - stalled) * attached_lift(vehicle, alpha) + stalled * plate_normal(sin_alpha) * cos_alpha;
 }
 
-AtAlpha at_alpha(const FixedWing& vehicle, double alpha, double sin_alpha, double cos_alpha) {
+AtAlpha at_alpha(const FixedWing& vehicle, double alpha, double sin_alpha, double cos_alpha, double height_m) {
   const bool airframe = vehicle.stall_model == StallModel::Airframe;
   const double stalled = stall_blend(vehicle, alpha), attached = 1 - stalled;
   const double linear_lift = attached_lift(vehicle, alpha), normal = plate_normal(sin_alpha);
   const double aspect_ratio = vehicle.span_m * vehicle.span_m / vehicle.wing_area_m2;
-  const double induced = linear_lift * linear_lift / (std::numbers::pi * vehicle.oswald * aspect_ratio);
+  const double induced =
+      ground_effect(vehicle, height_m) * linear_lift * linear_lift / (std::numbers::pi * vehicle.oswald * aspect_ratio);
   const double alpha_felt = airframe ? attached * alpha : alpha;
   const auto linear = [&](const Coefficient& c) { return c.zero + c.alpha * alpha_felt; };
 
@@ -98,7 +105,7 @@ GreatestLift greatest_lift(const FixedWing& vehicle) {
 }
 
 Loads aerodynamics(const FixedWing& vehicle, const AirData& air, const Vector3d& rates_radps, const Surfaces& surfaces,
-                   double density_kgpm3) {
+                   double density_kgpm3, double height_m) {
   const double va = air.airspeed_mps;
   const double pressure_n = 0.5 * density_kgpm3 * va * va * vehicle.wing_area_m2;
   const double damping_ns = 0.25 * density_kgpm3 * va * vehicle.wing_area_m2;  // dynamic pressure times area over 2 Va
@@ -112,7 +119,7 @@ Loads aerodynamics(const FixedWing& vehicle, const AirData& air, const Vector3d&
            damping_ns * (c.p * bp + c.q * cq + c.r * br);
   };
   const double sin_alpha = std::sin(air.alpha_rad), cos_alpha = std::cos(air.alpha_rad);
-  const AtAlpha c = at_alpha(vehicle, air.alpha_rad, sin_alpha, cos_alpha);
+  const AtAlpha c = at_alpha(vehicle, air.alpha_rad, sin_alpha, cos_alpha, height_m);
   const double lift_n = newtons(vehicle.lift, c.lift), drag_n = newtons(vehicle.drag, c.drag);
   double roll_n = newtons(vehicle.roll, c.roll);
   if (vehicle.stall_model == StallModel::Airframe)
@@ -127,8 +134,8 @@ Loads aerodynamics(const FixedWing& vehicle, const AirData& air, const Vector3d&
 }
 
 Loads loads(const FixedWing& vehicle, const AirData& air, const Vector3d& rates_radps, const Surfaces& surfaces,
-            double throttle, double density_kgpm3) {
-  Loads sum = aerodynamics(vehicle, air, rates_radps, surfaces, density_kgpm3);
+            double throttle, double density_kgpm3, double height_m) {
+  Loads sum = aerodynamics(vehicle, air, rates_radps, surfaces, density_kgpm3, height_m);
   const PropulsionOutput propeller = propel(vehicle.propulsion, throttle, air.airspeed_mps, density_kgpm3);
   sum.force_body_n.x() += propeller.thrust_n;
   sum.moment_body_nm.x() -= propeller.torque_nm;
@@ -139,23 +146,25 @@ namespace {
 
 double limited(double throttle) { return std::clamp(throttle, 0.0, 1.0); }
 
-Loads loads(const FixedWing& vehicle, const BodyInAir& in_air, const Surfaces& surfaces, double throttle) {
+Loads loads(const FixedWing& vehicle, const BodyInAir& in_air, const Surfaces& surfaces, double throttle,
+            double height_m = no_ground_m) {
   return loads(vehicle, in_air.flow, in_air.rates_against_air_radps, surfaces, limited(throttle),
-               in_air.here.density_kgpm3);
+               in_air.here.density_kgpm3, height_m);
 }
 
 }  // namespace
 
 Loads loads(const FixedWing& vehicle, const Environment& environment, const FixedWingState& state,
-            const Controls& controls, const AirMotion& air) {
-  return loads(vehicle, body_in_air(state, environment, air), state.surfaces, controls.throttle);
+            const Controls& controls, const AirMotion& air, double height_m) {
+  return loads(vehicle, body_in_air(state, environment, air), state.surfaces, controls.throttle, height_m);
 }
 
 BodyVector derivative(const FixedWing& vehicle, const Environment& environment, const BodyVector& x,
-                      const Surfaces& surfaces, double throttle, const AirMotion& air) {
+                      const Surfaces& surfaces, double throttle, const AirMotion& air, const Loads& others,
+                      double height_m) {
   const BodyState state = body_state_from_vector(x);
   const BodyInAir in_air = body_in_air(state, environment, air);
-  return body_derivative(vehicle.mass, state, in_air, loads(vehicle, in_air, surfaces, throttle));
+  return body_derivative(vehicle.mass, state, in_air, loads(vehicle, in_air, surfaces, throttle, height_m) + others);
 }
 
 Result<FixedWingState> advance(const FixedWing& vehicle, const Environment& environment, const FixedWingState& state,

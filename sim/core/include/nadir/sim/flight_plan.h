@@ -7,6 +7,7 @@
 
 #include "nadir/render/camera.h"
 #include "nadir/render/surface.h"
+#include "nadir/sim/flown_fixed_wing.h"
 #include "nadir/sim/mission.h"
 #include "nadir/sim/run_file.h"
 
@@ -30,7 +31,9 @@ struct PlannedSurvey {
 
 /// A vehicle's mission made into a path.
 struct FlightPlan {
-  Waypoint start;
+  Waypoint begin;                       // where the vehicle is at first
+  FixedWingGroundSetup ground;          // how it leaves the ground before the mission, and comes back after it
+  Waypoint start;                       // of the mission: above `begin` where it takes off
   Mission mission;                      // without items: straight on, farther than the run lasts
   std::vector<std::size_t> setup_item;  // of VehicleSetup::mission, by MissionPiece::item; empty without items
   std::vector<PlannedSurvey> surveys;

@@ -52,6 +52,9 @@ class PoseSource {
 
   /// Names of what a flown vehicle has in FlightData::channels.
   virtual std::span<const std::string> channels() const { return {}; }
+
+  /// What has happened to a flown vehicle, in the order of time.
+  virtual std::span<const FlightEvent> events() const { return {}; }
 };
 
 /// Of a pose of the body in ECEF.

@@ -33,8 +33,17 @@ struct PreparedVehicle {
   std::optional<FlightPlan> plan;  // of one that is flown
 };
 
+struct RunEvent {
+  std::string vehicle;
+  FlightEvent event;
+};
+std::string in_words(const RunEvent& event);
+
 /// What a run cost and saw.
 struct RunSummary {
+  std::int64_t flown_ns = 0;  // the duration, or until a flight ended early
+  std::vector<RunEvent> events;
+  const RunEvent* ended() const;  // what ended it early; none where nothing did
   std::int64_t frames = 0, rejected = 0;
   std::int64_t coarse = 0;                            // frames with pixels from coarser levels than planned
   std::int64_t late = 0;                              // frames over their sensor's time budget

@@ -16,6 +16,7 @@
 #include "nadir/render/renderer.h"
 #include "nadir/sim/air_setup.h"
 #include "nadir/sim/autopilot_setup.h"
+#include "nadir/sim/ground_setup.h"
 #include "nadir/sim/integrator.h"
 #include "nadir/sim/mission_setup.h"
 #include "nadir/sim/multirotor_setup.h"
@@ -86,6 +87,7 @@ struct VehicleSetup {
   std::vector<MissionItemSetup> mission;  // where empty: straight on
   double turn_radius_m = 150;
   bool repeat_mission = false;                // else a circle at the end
+  GroundSetup ground;                         // of a fixed wing: how it leaves it and comes back
   std::optional<MultirotorSetup> multirotor;  // of its models, instead of mission, airspeed and turn radius
   double trajectory_tolerance_m = 1e-3;       // of what steps of the motion make of it
   std::optional<Scheme> integration;          // else the cheapest within that tolerance: plan_flight

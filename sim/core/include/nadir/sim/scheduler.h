@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <functional>
 #include <string_view>
@@ -33,9 +34,14 @@ class Scheduler {
 
   void add(Stage stage, const Rate& rate, Task task);
 
+  /// Nothing later than this happens any more: for a part that has come to its end.
+  void end_at(std::int64_t time_ns) { end_ns_ = std::min(end_ns_, time_ns); }
+  /// The time it ran to.
+  std::int64_t end_ns() const { return end_ns_; }
+
   /// Runs all samples with time in [0, end]; Move ones in [0, end). Stops at the first failure.
   /// `pace`: simulated seconds a second of the machine's; 0: as fast as possible.
-  Result<void> run(std::int64_t end_ns, double pace = 0) const;
+  Result<void> run(std::int64_t end_ns, double pace = 0);
 
  private:
   struct Part {
@@ -44,6 +50,7 @@ class Scheduler {
     Task task;
   };
   std::vector<Part> parts_;
+  std::int64_t end_ns_ = 0;
 };
 
 }  // namespace nadir::sim

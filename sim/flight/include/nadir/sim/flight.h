@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <vector>
 
 #include "nadir/sim/air_along_path.h"
 #include "nadir/sim/flown_vehicle.h"
@@ -22,13 +23,20 @@ class Flight {
 
   /// At the beginning of a period, `time_ns()`: the air of the period and what the autopilot does in it.
   Result<void> decide();
-  /// On to the beginning of the next.
+  /// On to the beginning of the next. A motion that diverges is an event that ends the flight, and so is one that goes
+  /// beyond any sense.
   Result<void> move();
   /// `decide` and `move` until `end_ns`, a multiple of the period.
   Result<void> fly(std::int64_t end_ns);
 
-  /// At a time in the last period moved over, or now. What an autopilot has decided is in it from `decide` on.
-  Result<FlightState> at(std::int64_t time_ns) const { return vehicle_->at(time_ns, air_.air()); }
+  /// At a time in the last period moved over, or now. What an autopilot has decided is in it from `decide` on. Fails
+  /// after the event that ended the flight.
+  Result<FlightState> at(std::int64_t time_ns) const;
+
+  /// What has happened, in the order of time.
+  const std::vector<FlightEvent>& events() const { return events_; }
+  /// The event that ended the flight; none while it goes on. From then on `decide` and `move` fail with it.
+  const FlightEvent* ended() const;
 
   const FlownVehicle& vehicle() const { return *vehicle_; }
   const Environment& environment() const { return environment_; }
@@ -38,6 +46,7 @@ class Flight {
   AirAlongPath air_;
   std::unique_ptr<FlownVehicle> vehicle_;
   std::int64_t time_ns_ = 0;
+  std::vector<FlightEvent> events_;
 };
 
 }  // namespace nadir::sim

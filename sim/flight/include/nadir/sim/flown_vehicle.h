@@ -7,6 +7,7 @@
 
 #include "nadir/base/result.h"
 #include "nadir/sim/air_motion.h"
+#include "nadir/sim/flight_event.h"
 #include "nadir/sim/rigid_body.h"
 #include "nadir/sim/work.h"
 
@@ -51,6 +52,10 @@ class FlownVehicle {
 
   /// Names of FlightData::channels, units included, as columns are named.
   virtual std::span<const std::string> channels() const = 0;
+
+  /// What has happened so far, in the order of time. After one that ends the flight there is no more to fly: the state
+  /// at the end of that period means nothing.
+  virtual std::span<const FlightEvent> events() const { return {}; }
 
   /// What the motion has taken so far, without `at`.
   virtual const Work& work() const = 0;

@@ -91,6 +91,7 @@ class Adaptive {
   double time_s() const { return t_s_; }
   double before_s() const { return before_s_; }  // where the last step began
   const Vector& state() const { return x_; }
+  double next_step_s() const { return next_s_; }  // that would be tried next; 0 before the first
 
   /// The state within the last step taken, by the method's own interpolation: of order 4 (Dormand-Prince) or 3
   /// (Rosenbrock), for no evaluation more.

@@ -13,6 +13,7 @@ struct Work {
   std::int64_t steps = 0;           // that were taken
   std::int64_t rejected = 0;        // that erred too much and were tried again shorter
   friend bool operator==(const Work&, const Work&) = default;
+  Work& operator+=(const Work& other);
 };
 
 /// What work costs, in evaluations of the derivative.

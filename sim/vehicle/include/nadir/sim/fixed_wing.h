@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <limits>
 
 #include "nadir/base/result.h"
 #include "nadir/sim/air_motion.h"
@@ -43,6 +44,7 @@ struct FixedWing {
   FixedWingPropulsion propulsion;
   double servo_time_constant_s = 0;  // of each surface's first-order lag, >= 0
   double max_deflection_rad = 0;     // of each surface, either way
+  bool feels_ground = true;          // has less induced drag near it
 
   double cruise_mps = 0;  // airspeed that it is flown at unless told
 };
@@ -81,6 +83,13 @@ struct GreatestLift {
 };
 GreatestLift greatest_lift(const FixedWing& vehicle);
 
+/// Share of the induced drag that is left at a height above ground: the image of the wing's vortices in the ground
+/// takes away downwash. 1 at any height above `ground_effect_spans`, where 0.1 % would be missing.
+/// Source: McCormick, Aerodynamics, Aeronautics and Flight Mechanics, 1995, chapter 7: s^2 / (1 + s^2) with s 16 times
+/// the height over the span.
+double ground_effect(const FixedWing& vehicle, double height_m);
+inline constexpr double ground_effect_spans = 2;
+
 /// What air and surfaces do, without the propeller.
 /// Terms with body rates are written with Va in the numerator, so that nothing is divided by airspeed and the loads
 /// fade to zero with it. `rates_radps`: against the air, as it turns itself.
@@ -96,21 +105,22 @@ GreatestLift greatest_lift(const FixedWing& vehicle);
 ///   opposite where lift falls with alpha: autorotation (Glauert, The rotation of an aeroplane about the axis of roll,
 ///   1919).
 Loads aerodynamics(const FixedWing& vehicle, const AirData& air, const Eigen::Vector3d& rates_radps,
-                   const Surfaces& surfaces, double density_kgpm3);
+                   const Surfaces& surfaces, double density_kgpm3, double height_m = no_ground_m);
 
 /// Aerodynamics and propeller. `throttle` as it is, without limits.
 Loads loads(const FixedWing& vehicle, const AirData& air, const Eigen::Vector3d& rates_radps, const Surfaces& surfaces,
-            double throttle, double density_kgpm3);
+            double throttle, double density_kgpm3, double height_m = no_ground_m);
 
 /// The same for a vehicle in flight, throttle limited: force over mass is the specific force of an accelerometer in the
 /// centre of mass.
 Loads loads(const FixedWing& vehicle, const Environment& environment, const FixedWingState& state,
-            const Controls& controls, const AirMotion& air);
+            const Controls& controls, const AirMotion& air, double height_m = no_ground_m);
 
 /// Change with time of a body's state, surfaces being where they are. A pure function: the same arguments give the same
-/// bits.
+/// bits. `others`: loads besides its own, as of the ground; `height_m`: above it.
 BodyVector derivative(const FixedWing& vehicle, const Environment& environment, const BodyVector& x,
-                      const Surfaces& surfaces, double throttle, const AirMotion& air);
+                      const Surfaces& surfaces, double throttle, const AirMotion& air, const Loads& others = {},
+                      double height_m = no_ground_m);
 
 /// The state `dt_s` after `t_s`, by one Runge-Kutta step with controls held and the air and surfaces as they are at
 /// each moment. Fails where the motion diverges.

@@ -98,17 +98,17 @@ struct MultirotorOutput {
   double supply_v = 0, supply_current_a = 0;                // of the battery
 };
 
-/// The ground below, flat: its height as `Surroundings::height_m` counts. Far below: no ground effect.
-constexpr double no_ground_m = -1e9;
-
 /// Whether the current of an inductance is integrated, or taken as settled (`settled_spin_change`).
 enum class CurrentModel { Settled, Integrated };
+
+/// Height of flat ground below, as `Surroundings::height_m` counts, where there is none to feel.
+constexpr double far_below_m = -1e9;
 
 /// Forces on a vehicle in flight: force over mass is the specific force of an accelerometer in the centre of mass.
 MultirotorOutput output(const Multirotor& vehicle, const BodyInAir& in_air, const MultirotorState& state,
                         const MultirotorControls& controls, double ground_m, CurrentModel currents);
 MultirotorOutput output(const Multirotor& vehicle, const Environment& environment, const MultirotorState& state,
-                        const MultirotorControls& controls, const AirMotion& air, double ground_m = no_ground_m);
+                        const MultirotorControls& controls, const AirMotion& air, double ground_m = far_below_m);
 
 /// What stands behind lags that a command has driven for `duration_s`, exactly, however long. Changes no more than
 /// `followed` and `followed_torque_nm` of the state.
@@ -120,6 +120,6 @@ void follow_for(const Multirotor& vehicle, const MultirotorControls& controls, d
 /// diverges.
 Result<MultirotorState> advance(const Multirotor& vehicle, const Environment& environment, const MultirotorState& state,
                                 const MultirotorControls& controls, const AirOverTime& air, double t_s, double dt_s,
-                                double ground_m = no_ground_m);
+                                double ground_m = far_below_m);
 
 }  // namespace nadir::sim

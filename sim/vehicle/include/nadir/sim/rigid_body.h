@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <limits>
 
 #include "nadir/base/result.h"
 #include "nadir/geodesy/frames.h"
@@ -79,6 +80,9 @@ struct BodyInAir {
   AirData flow;
 };
 BodyInAir body_in_air(const BodyState& state, const Environment& environment, const AirMotion& air);
+
+/// Height of a body that no ground is near.
+inline constexpr double no_ground_m = std::numeric_limits<double>::infinity();
 
 /// Change of the state with time under `loads` and gravity, over an Earth that turns.
 BodyVector body_derivative(const MassProperties& mass, const BodyState& state, const BodyInAir& in_air,
