@@ -17,7 +17,7 @@ echo; echo "3/6 North Dakota: a survey of a polygon, and an orbit"
 echo; echo "4/6 Kampala: recorded poses, low and slow, over a 7.5 cm orthophoto"
 "$nadir" fly kampala.yaml -o "$out/kampala" --force
 
-echo; echo "5/6 Kampala: a quadrotor takes off, hovers and surveys at 120 m"
+echo; echo "5/6 Kampala: a quadrotor takes off, hovers and surveys at 60 m"
 "$nadir" fly copter.yaml -o "$out/copter" --force
 
 echo; echo "6/6 North Dakota: take-off, a circuit and a landing"

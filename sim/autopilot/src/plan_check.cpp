@@ -11,7 +11,7 @@ namespace {
 using Eigen::Vector2d;
 constexpr double gravity_mps2 = 9.81;
 constexpr double to_deg = 57.29577951308232;
-constexpr double doubtful_share = 0.875, near_ground_m = 20;
+constexpr double doubtful_share = 0.875;
 
 /// The worst place of one kind on the way to one item.
 struct Worst {
@@ -100,7 +100,7 @@ Result<PlanCheck> check_plan(std::span<const PlannedPoint> points, const FlightL
     };
     note(Climb, doubtful_share, 1 + slack, [&](const Worst& at) { return climb_message(at, limits); });
     note(Turn, doubtful_share, 1 + slack, [&](const Worst& at) { return turn_message(at, limits); });
-    note(Ground, -near_ground_m, 0, ground_message);
+    note(Ground, -limits.near_ground_m, 0, ground_message);
     note(Headway, -(1 - doubtful_share), 0, headway_message);
   }
   return check;

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 
@@ -25,6 +26,11 @@ class Preflight {
     const auto& items = vehicle.plan->setup_item;
     for (PlannedPoint& p : points_) p.item = items.empty() ? 0 : items[p.item];  // a survey is one of the run file's
     limits_ = flight_limits(setup);
+    const FixedWingGroundSetup& ground = vehicle.plan->ground;  // whose ways to the ground and from it are no fault
+    constexpr double lower = 0.9;
+    if (ground.takeoff) limits_.near_ground_m = std::min(limits_.near_ground_m, lower * ground.takeoff->clear_m);
+    if (ground.landing)
+      limits_.near_ground_m = std::min(limits_.near_ground_m, lower * ground.landing->approach_height_m);
   }
 
   Result<void> look() {

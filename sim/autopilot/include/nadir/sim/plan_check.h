@@ -16,6 +16,7 @@ struct FlightLimits {
   double airspeed_mps = 25;      // where a mission names none
   double max_bank_rad = 0.7854;  // that its autopilot asks for
   double max_climb_mps = 3;      // either way
+  double near_ground_m = 20;     // lower is doubtful
 };
 
 /// What a planned path meets: the wind there, towards north and east, and the height above ground.
