@@ -149,6 +149,8 @@ Suite integrate_suite() {
                                        work_precision<2>(motor, options), work_precision<4>(landing_gear, options)};
             for (const Flight flight : {Flight::Cruise, Flight::Roll, Flight::Stall, Flight::Gust, Flight::Drop})
               cases.push_back(work_precision<13>([=] { return aerosonde_in(flight); }, options));
+            cases.push_back(work_precision<13>(hover, options));
+            cases.push_back(work_precision<21>(hover_with_windings, options));
             cases.push_back({"where each breaks", []() -> Result<Comparison> {
                                Comparison comparison{.warm_up = false, .rounds = 3};
                                for (const Breaking& one : breaking_cases())

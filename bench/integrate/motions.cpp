@@ -4,6 +4,8 @@
 #include <numbers>
 #include <vector>
 
+#include "nadir/sim/multirotor_motion.h"
+#include "nadir/sim/multirotor_trim.h"
 #include "nadir/sim/trim.h"
 #include "nadir/sim/vehicle_file.h"
 
@@ -161,6 +163,66 @@ Motion<13> aerosonde_in(Flight flight) {
   motion.one << 1, 1, 1, 1, 1, 1, 0.1, 0.1, 0.1, 0.1, 0.1, 0.1, 0.1;
   motion.most_steps = 16;
   return motion;
+}
+
+namespace {
+
+template <int n>
+Motion<n> hover_of(const char* name, const sim::Multirotor& vehicle) {
+  using namespace sim;
+  using Vector = typename Motion<n>::Vector;
+  const auto place = geodesy::Geodetic::degrees(38.1, -0.76, 100);
+  const Environment earth = Environment::wgs84();
+  const Surroundings here = earth.at(geodesy::ecef_from_geodetic(place));
+  const MultirotorTrim steady =
+      trim(vehicle, {}, here.density_kgpm3, here.gravity_ecef_mps2.norm(), /*charge_ah=*/0).value();
+  const MultirotorState state =
+      trimmed_state(vehicle, steady, earth, place, 0.5, Eigen::Vector3d::Zero(), /*charge_ah=*/0);
+  Motion<n> motion{.name = name,
+                   .start = to_vector(vehicle, state, CurrentModel::Integrated),
+                   .interval_s = 0.01,
+                   .intervals = 500,
+                   .counted = Vector::Zero(),
+                   .unit = "m",
+                   .one = Vector::Ones(),
+                   .most_steps = 64};
+  const Eigen::Vector3d origin = motion.start.template head<3>();
+  motion.start.template head<3>().setZero();
+  motion.counted.template head<3>().setOnes();
+  motion.one.template segment<4>(body_quaternion_at).setConstant(0.1);
+
+  motion.derivative_of = [=](int i) {
+    MultirotorControls controls = steady.controls;
+    for (Eigen::Index rotor = 0; rotor < controls.actuators.size(); ++rotor)
+      controls.actuators[rotor] *= 1 + 0.02 * std::sin(2 * pi * i / (80.0 + 10 * static_cast<double>(rotor)));
+    return [=](double t_s, const Vector& x) -> Vector {
+      const AirOverTime still;
+      const MultirotorMotion moves(vehicle, earth, state, controls, still, 0, far_below_m, CurrentModel::Integrated);
+      Vector there = x;
+      there.template head<3>() += origin;
+      if constexpr (n == 13) {
+        return moves(t_s, there);
+      } else {
+        MultirotorVector change;
+        moves(t_s, MultirotorVector(there), change);
+        return change;
+      }
+    };
+  };
+  return motion;
+}
+
+}  // namespace
+
+Motion<13> hover() { return hover_of<13>("hover, 5 s", sim::rosflight_multirotor()); }
+
+Motion<21> hover_with_windings() {
+  sim::Multirotor vehicle = sim::rosflight_multirotor();
+  for (sim::Rotor& rotor : vehicle.rotors) {
+    auto& drive = std::get<sim::ElectricDrive>(rotor.drive);
+    drive.dynamics = {.rotor_inertia_kgm2 = 2e-4, .inductance_h = 2e-4 * drive.propulsion.resistance_ohm};
+  }
+  return hover_of<21>("hover, windings of 0.2 ms, 5 s", vehicle);
 }
 
 }  // namespace nadir::bench

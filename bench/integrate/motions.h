@@ -38,4 +38,11 @@ Motion<4> landing_gear();
 enum class Flight { Cruise, Roll, Stall, Gust, Drop };
 Motion<13> aerosonde_in(Flight flight);
 
+/// The quadrotor of 3.5 kg over WGS-84, from hover, its throttles swinging by 2 % each at its own pace: position from
+/// the start and the other components of a body's state. Error: of position, m.
+Motion<13> hover();
+/// The same with motors that turn 2e-4 kg m^2 and have windings of 0.2 ms: four speeds and four currents more. The
+/// fastest and the slowest of its rates are apart by more than 1e4.
+Motion<21> hover_with_windings();
+
 }  // namespace nadir::bench
