@@ -64,7 +64,7 @@ record: {{report: false}}
         self.assertEqual((budget["time_budget_ms"], budget["adaptive"], budget["fits"], budget["frames_tried"], budget["sensors"]), (AMPLE, False, True, 5, ["eo"]))
         self.assertEqual(budget["settings"], {"quality": "balanced", "oversampling": 8.1})
         ladder = [way["oversampling"] for way in budget["measured"]]
-        self.assertEqual(ladder, [None, 1.6, 2.1, 3.1, 4.1, 6.1, 8.1])
+        self.assertEqual(ladder, [None, 1.1, 1.6, 2.1, 3.1, 4.1, 6.1, 8.1])
         self.assertEqual(budget["expected_ms"], budget["measured"][-1]["slowest_ms"])
         self.assertEqual(sorted(p.name for p in (self.out / "ample").iterdir()), ["camera", "footprints.geojson", "frames", "frames.jsonl", "time_budgets.jsonl"],
                          "nothing is left of the frames that were tried")

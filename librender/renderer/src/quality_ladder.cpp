@@ -7,7 +7,8 @@
 namespace nadir::render {
 
 std::span<const Rung> quality_ladder() {
-  static constexpr std::array<Rung, 7> ladder = {{{Quality::draft, {}},
+  static constexpr std::array<Rung, 8> ladder = {{{Quality::draft, {}},
+                                                  {Quality::balanced, 1.1},
                                                   {Quality::balanced, 1.6},
                                                   {Quality::balanced, 2.1},
                                                   {Quality::balanced, 3.1},
