@@ -5,10 +5,13 @@
 
 namespace nadir::sim {
 
-FirstOrderLag::FirstOrderLag(double time_constant_s, double dt_s) {
-  assert(time_constant_s >= 0 && dt_s > 0);
-  const double d = dt_s / time_constant_s;  // infinite where the output follows at once
-  settled_ = -std::expm1(-d);
+double followed_share(double time_constant_s, double duration_s) {
+  assert(time_constant_s >= 0 && duration_s > 0);
+  return -std::expm1(-duration_s / time_constant_s);  // of minus infinity where the output follows at once
+}
+
+FirstOrderLag::FirstOrderLag(double time_constant_s, double dt_s) : settled_(followed_share(time_constant_s, dt_s)) {
+  const double d = dt_s / time_constant_s;
   if (d >= 1) {
     ramp_ = 1 - settled_ / d;
   } else {  // 1 - (1 - e^-d)/d = d/2! - d^2/3! + ...: the difference would lose digits

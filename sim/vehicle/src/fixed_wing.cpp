@@ -12,21 +12,32 @@ using Eigen::Vector3d;
 
 Surfaces surfaces_after(const FixedWing& vehicle, const Surfaces& from, const Surfaces& command, double duration_s) {
   if (duration_s <= 0) return from;
-  const FirstOrderLag servo(vehicle.servo_time_constant_s, duration_s);
-  const double limit = vehicle.max_deflection_rad;
+  const double share = followed_share(vehicle.servo_time_constant_s, duration_s), limit = vehicle.max_deflection_rad;
   const auto moved = [&](double now_rad, double command_rad) {
-    return servo.held(now_rad, std::clamp(command_rad, -limit, limit));
+    return now_rad + share * (std::clamp(command_rad, -limit, limit) - now_rad);
   };
   return {moved(from.elevator_rad, command.elevator_rad), moved(from.aileron_rad, command.aileron_rad),
           moved(from.rudder_rad, command.rudder_rad)};
 }
 
-double stall_blend(const FixedWing& vehicle, double alpha_rad) {
+namespace {
+
+/// The exponentials of the blend at an angle of attack; those of another angle take one more, and no more than that.
+struct BlendTerms {
+  double before = 0, behind = 0;  // stall on the side of positive angles and of negative ones: small while attached
+
+  double stalled() const { return 1 - 1 / ((1 + before) * (1 + behind)); }
+  BlendTerms turned(double factor) const { return {before * factor, behind / factor}; }
+};
+
+BlendTerms blend_terms(const FixedWing& vehicle, double alpha_rad) {
   const double m = vehicle.stall_sharpness, a0 = vehicle.stall_alpha_rad;
-  const double below = 1 / (1 + std::exp(m * (alpha_rad - a0)));
-  const double above = 1 / (1 + std::exp(-m * (alpha_rad + a0)));
-  return 1 - below * above;
+  return {std::exp(m * (alpha_rad - a0)), std::exp(-m * (alpha_rad + a0))};
 }
+
+}  // namespace
+
+double stall_blend(const FixedWing& vehicle, double alpha_rad) { return blend_terms(vehicle, alpha_rad).stalled(); }
 
 double ground_effect(const FixedWing& vehicle, double height_m) {
   if (!vehicle.feels_ground || height_m >= ground_effect_spans * vehicle.span_m) return 1;
@@ -53,9 +64,10 @@ double lift_over_stall(const FixedWing& vehicle, double alpha, double sin_alpha,
   return (1 - stalled) * attached_lift(vehicle, alpha) + stalled * plate_normal(sin_alpha) * cos_alpha;
 }
 
-AtAlpha at_alpha(const FixedWing& vehicle, double alpha, double sin_alpha, double cos_alpha, double height_m) {
+AtAlpha at_alpha(const FixedWing& vehicle, double alpha, double sin_alpha, double cos_alpha, double stalled,
+                 double height_m) {
   const bool airframe = vehicle.stall_model == StallModel::Airframe;
-  const double stalled = stall_blend(vehicle, alpha), attached = 1 - stalled;
+  const double attached = 1 - stalled;
   const double linear_lift = attached_lift(vehicle, alpha), normal = plate_normal(sin_alpha);
   const double aspect_ratio = vehicle.span_m * vehicle.span_m / vehicle.wing_area_m2;
   const double induced =
@@ -80,11 +92,18 @@ AtAlpha at_alpha(const FixedWing& vehicle, double alpha, double sin_alpha, doubl
 
 /// Roll damping as the difference in lift between the halves of the wing, each at the angle that its middle meets:
 /// times Va, so that nothing is divided by it.
-double roll_damping(const FixedWing& vehicle, double alpha_rad, double bp_mps, double airspeed_mps) {
+double roll_damping(const FixedWing& vehicle, double alpha, double sin_alpha, double cos_alpha, const BlendTerms& terms,
+                    double bp_mps, double airspeed_mps) {
   constexpr double middle = 0.5;  // of half the span
-  const double more = std::atan2(middle * bp_mps, 2 * airspeed_mps);
-  return vehicle.roll.p * airspeed_mps / (middle * vehicle.lift.alpha) *
-         (lift_coefficient(vehicle, alpha_rad + more) - lift_coefficient(vehicle, alpha_rad - more));
+  const double across = middle * bp_mps, along = 2 * airspeed_mps, length = std::sqrt(across * across + along * along);
+  if (length == 0) return 0;
+  const double more = std::atan2(across, along), sin_more = across / length, cos_more = along / length;
+  const double factor = std::exp(vehicle.stall_sharpness * more);
+  const double high = lift_over_stall(vehicle, alpha + more, sin_alpha * cos_more + cos_alpha * sin_more,
+                                      cos_alpha * cos_more - sin_alpha * sin_more, terms.turned(factor).stalled());
+  const double low = lift_over_stall(vehicle, alpha - more, sin_alpha * cos_more - cos_alpha * sin_more,
+                                     cos_alpha * cos_more + sin_alpha * sin_more, terms.turned(1 / factor).stalled());
+  return vehicle.roll.p * airspeed_mps / (middle * vehicle.lift.alpha) * (high - low);
 }
 
 }  // namespace
@@ -119,11 +138,13 @@ Loads aerodynamics(const FixedWing& vehicle, const AirData& air, const Vector3d&
            damping_ns * (c.p * bp + c.q * cq + c.r * br);
   };
   const double sin_alpha = std::sin(air.alpha_rad), cos_alpha = std::cos(air.alpha_rad);
-  const AtAlpha c = at_alpha(vehicle, air.alpha_rad, sin_alpha, cos_alpha, height_m);
+  const BlendTerms terms = blend_terms(vehicle, air.alpha_rad);
+  const AtAlpha c = at_alpha(vehicle, air.alpha_rad, sin_alpha, cos_alpha, terms.stalled(), height_m);
   const double lift_n = newtons(vehicle.lift, c.lift), drag_n = newtons(vehicle.drag, c.drag);
   double roll_n = newtons(vehicle.roll, c.roll);
   if (vehicle.stall_model == StallModel::Airframe)
-    roll_n += damping_ns * (roll_damping(vehicle, air.alpha_rad, bp, va) - vehicle.roll.p * bp);
+    roll_n +=
+        damping_ns * (roll_damping(vehicle, air.alpha_rad, sin_alpha, cos_alpha, terms, bp, va) - vehicle.roll.p * bp);
 
   Loads loads;
   loads.force_body_n = {lift_n * sin_alpha - drag_n * cos_alpha, newtons(vehicle.side, c.side),

@@ -54,7 +54,7 @@ double share_within(const RotorValues& start, const RotorValues& change, const R
 double led(double now, double wanted, double rise_s, double fall_s, double lead_s) {
   const double lag_s = std::abs(wanted) > std::abs(now) ? rise_s : fall_s;
   if (lag_s <= 0 || lead_s <= 0) return wanted;
-  return now + (wanted - now) / FirstOrderLag(lag_s, lead_s).held(0, 1);
+  return now + (wanted - now) / followed_share(lag_s, lead_s);
 }
 
 }  // namespace

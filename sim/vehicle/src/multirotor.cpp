@@ -239,7 +239,7 @@ void follow_for(const Multirotor& vehicle, const MultirotorControls& controls, d
   const auto moved = [&](double now, double target, double rise_s, double fall_s) {
     const double lag_s = std::abs(target) > std::abs(now) ? rise_s : fall_s;
     if (duration_s <= 0) return lag_s > 0 ? now : target;
-    return FirstOrderLag(lag_s, duration_s).held(now, target);
+    return now + followed_share(lag_s, duration_s) * (target - now);
   };
   if (vehicle.lumped) {
     const LumpedRotors& lumped = *vehicle.lumped;

@@ -18,7 +18,7 @@ constexpr ParameterRange mass_kg = {0, 1e6, true, "is it in grams?"}, moment_kgm
                          product_kgm2 = {-1e9, 1e9}, length_m = {0, 100, true, "is it in millimetres?"},
                          area_m2 = {0, 2000, true, "is it in square centimetres?"}, efficiency = {0, 1.5, true},
                          angle_rad = {0, 1.5, true, "is it in degrees?"},
-                         sharpness_per_rad = {10, 1000, false, "is it for degrees?"}, derivative = {-1000, 1000},
+                         sharpness_per_rad = {10, 150, false, "is it for degrees?"}, derivative = {-1000, 1000},
                          airspeed_mps = {0, 400, true, "is it in kilometres an hour?"}, polynomial = {-10, 10},
                          motor_constant = {0, 10, true, "is it in rpm a volt? 9.549 over that is in V s/rad"},
                          voltage_v = {0, 2000, true}, resistance_ohm = {0, 1000, true, "is it in milliohms?"},

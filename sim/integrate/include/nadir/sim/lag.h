@@ -2,6 +2,10 @@
 
 namespace nadir::sim {
 
+/// Share of a change of its input that a lag x' = (u - x)/tau has followed after `duration_s` > 0: 1 - e^(-t/tau),
+/// where the time is another each time. `time_constant_s` >= 0. Error: rounding.
+double followed_share(double time_constant_s, double duration_s);
+
 /// x' = (u - x)/tau over steps of one length, exactly: no step is too long, and none costs more than three
 /// multiplications. Error: rounding.
 class FirstOrderLag {

@@ -33,7 +33,7 @@ struct FixedWing {
   double wing_area_m2 = 0, span_m = 0, chord_m = 0;
   double oswald = 0.9;         // efficiency of the wing in induced drag
   double stall_alpha_rad = 0;  // where the lift is half linear, half a flat plate's
-  double stall_sharpness = 0;  // of that blend, per radian
+  double stall_sharpness = 0;  // of that blend, per radian, at most 150
   StallModel stall_model = StallModel::Airframe;
 
   Coefficient lift;  // up to the stall
