@@ -6,7 +6,7 @@
 #include <cstring>
 
 #include "nadir/sim/flight.h"
-#include "nadir/sim/plan_flight.h"
+#include "nadir/sim/plan_motion.h"
 
 namespace nadir::sim {
 namespace {
@@ -126,7 +126,7 @@ TEST(FlownMultirotor, IntegratedCurrentsAgreeWithSettledOnesAndCostMore) {
     o.scheme = scheme;
     return flight_of(o);
   };
-  const auto plan = plan_flight(make, 1e-2, 4 * second_ns);
+  const auto plan = plan_motion(make, 1e-2, 4 * second_ns);
   ASSERT_TRUE(plan) << plan.error().message;
   RecordProperty("currents_scheme", to_string(plan->scheme));
   Flight exact = make(plan->scheme).value();
@@ -148,8 +148,16 @@ TEST(FlownMultirotor, AnEmptyBatteryEndsInACrashThatIsSaid) {
   Flight flight = flight_of(options).value();
   const auto end = flight.fly(120 * second_ns);
   ASSERT_FALSE(end);
-  EXPECT_NE(end.error().message.find("crash at t = "), std::string::npos) << end.error().message;
-  EXPECT_NE(end.error().message.find("battery empty"), std::string::npos) << end.error().message;
+  EXPECT_EQ(end.error().message.find("crash at "), 0u) << end.error().message;
+  EXPECT_NE(end.error().message.find("its battery empty"), std::string::npos) << end.error().message;
+  ASSERT_EQ(flight.events().size(), 2u);
+  EXPECT_EQ(flight.events()[0].name, "battery empty");
+  EXPECT_FALSE(flight.events()[0].ends_flight);
+  ASSERT_TRUE(flight.ended());
+  EXPECT_EQ(flight.ended()->name, "crash") << "and not that it diverged";
+  EXPECT_GT(flight.ended()->time_ns, flight.events()[0].time_ns);
+  const FlightState last = flight.at(flight.ended()->time_ns).value();
+  EXPECT_TRUE(to_vector(last.body).allFinite());
 }
 
 TEST(FlownMultirotor, SaysWhyItCannotFly) {

@@ -1,4 +1,5 @@
 #include "nadir/sim/air_along_path.h"
+#include "nadir/base/time.h"
 
 #include <algorithm>
 #include <cmath>
@@ -8,10 +9,10 @@ namespace {
 using Eigen::Vector3d;
 using geodesy::Point, geodesy::frame::Ecef;
 
-constexpr double period_s = static_cast<double>(AirAlongPath::period_ns) * 1e-9;
+constexpr double period_s = seconds_from_ns(AirAlongPath::period_ns);
 constexpr double least_passage_mps = 1;
 
-double time_of_sample_s(std::int64_t sample) { return static_cast<double>(sample * AirAlongPath::period_ns) * 1e-9; }
+double time_of_sample_s(std::int64_t sample) { return seconds_from_ns(sample * AirAlongPath::period_ns); }
 
 /// Forward along the level unit vector `heading_ned`, right, down.
 Vector3d ned_from_level(const Vector3d& heading_ned, const Vector3d& v) {

@@ -9,6 +9,7 @@
 
 #include "command.h"
 #include "nadir/base/text.h"
+#include "nadir/base/time.h"
 #include "nadir/render/truth_planes.h"
 #include "nadir/sim/preflight.h"
 #include "nadir/sim/rehearsal.h"
@@ -135,7 +136,7 @@ class Doctor {
   }
 
   void look_at_whole(const sim::Run& run, std::uint64_t cache_bytes, double flight_s) {
-    const double duration_s = static_cast<double>(run.file().duration_ns) * 1e-9;
+    const double duration_s = seconds_from_ns(run.file().duration_ns);
     note(Finding::Kind::Good, fmt::format("flying {} s without rendering took {:.2f} s; rendering adds about {:.0f} s, "
                                           "and writing images as much again on the other core",
                                           run.file().duration_text, flight_s, work_s_));

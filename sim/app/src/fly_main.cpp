@@ -11,6 +11,7 @@
 #include "nadir/base/files.h"
 #include "nadir/base/progress.h"
 #include "nadir/base/text.h"
+#include "nadir/base/time.h"
 #include "nadir/record/event_record.h"
 #include "nadir/record/flight_report.h"
 #include "nadir/record/flights_report.h"
@@ -60,7 +61,7 @@ void print_summary(const FlyArguments& arguments, const sim::Run& run, const sim
                                    {"rejected", summary.rejected},
                                    {"coarse", summary.coarse},
                                    {"seconds", summary.seconds},
-                                   {"simulated_seconds", static_cast<double>(summary.flown_ns) * 1e-9},
+                                   {"simulated_seconds", seconds_from_ns(summary.flown_ns)},
                                    {"median_frame_ms", median},
                                    {"valid_fraction", report.mean_valid_fraction()},
                                    {"cross_track_m", report.worst_cross_track_m()},
@@ -87,7 +88,7 @@ void print_summary(const FlyArguments& arguments, const sim::Run& run, const sim
     fmt::print(
         "{} frames of a flight of {} s in {:.1f} s: {:.1f} frames a second, {:.1f} ms each in the renderer (median), "
         "{:.1f} % of the pixels on the map\n",
-        summary.frames, static_cast<double>(summary.flown_ns) * 1e-9, summary.seconds,
+        summary.frames, seconds_from_ns(summary.flown_ns), summary.seconds,
         static_cast<double>(summary.frames) / std::max(summary.seconds, 1e-9), median,
         100 * report.mean_valid_fraction());
   if (!budgets.empty()) fmt::print("{} of the frames with a time budget took longer\n", summary.late);
@@ -101,8 +102,8 @@ void print_summary(const FlyArguments& arguments, const sim::Run& run, const sim
                report.settle_s() > 0 ? fmt::format(", after the first {} s", report.settle_s()) : "");
   for (const auto& [sensor, excursions] : report.excursions())
     for (const record::Excursion& e : excursions)
-      fmt::print("{} leaves the map from {:.2f} s to {:.2f} s ({} exposures)\n", sensor,
-                 static_cast<double>(e.from_ns) * 1e-9, static_cast<double>(e.to_ns) * 1e-9, e.exposures);
+      fmt::print("{} leaves the map from {:.2f} s to {:.2f} s ({} exposures)\n", sensor, seconds_from_ns(e.from_ns),
+                 seconds_from_ns(e.to_ns), e.exposures);
   for (const sim::RunEvent& event : summary.events)
     if (!event.event.ends_flight) fmt::print("{}\n", in_words(event));
   if (run.file().record_report || arguments.dry_run) fmt::print("look at {}/report.html\n", arguments.folder);
@@ -126,10 +127,23 @@ Result<std::vector<std::string>> fit_time_budgets(const FlyArguments& arguments,
   return records;
 }
 
+/// Doubtful findings are told, impossible ones are the error.
+Result<void> look_before_flight(const sim::Run& run) {
+  const auto findings = sim::preflight(run);
+  if (!findings) return fail(findings);
+  const std::string doubtful = sim::preflight_text(*findings, false), impossible = sim::preflight_text(*findings, true);
+  if (!doubtful.empty()) fmt::print(stderr, "nadir fly: before the flight:\n{}\n", doubtful);
+  if (!impossible.empty()) return fail(Error::Kind::Malformed, "cannot be flown:\n" + impossible);
+  return {};
+}
+
 /// Many flights without cameras, each with draws of its own.
 Result<void> run_many(const FlyArguments& arguments) {
   const auto file = sim::read_run_file(arguments.run);
   if (!file) return fail(file);
+  const auto first = sim::Run::prepare(*file);
+  if (!first) return fail(first);
+  if (auto ok = look_before_flight(*first); !ok) return ok;
   if (auto ok = record::clear_dataset(arguments.folder, arguments.force); !ok) return ok;
   Progress progress("flying", "flights", arguments.flights, !arguments.json);
   const auto start = std::chrono::steady_clock::now();
@@ -140,7 +154,7 @@ Result<void> run_many(const FlyArguments& arguments) {
   if (auto ok = record::write_flights(arguments.folder, *file, *outcomes, seconds); !ok) return ok;
 
   const auto early = std::count_if(outcomes->begin(), outcomes->end(), [](const auto& o) { return !o.fault.empty(); });
-  const double simulated_s = arguments.flights * static_cast<double>(file->duration_ns) * 1e-9;
+  const double simulated_s = arguments.flights * seconds_from_ns(file->duration_ns);
   if (arguments.json)
     fmt::print("{}\n", nlohmann::ordered_json{{"flights", arguments.flights},
                                               {"ended_early", early},
@@ -152,16 +166,6 @@ Result<void> run_many(const FlyArguments& arguments) {
     fmt::print("{} flights of {} s in {:.1f} s, {:.0f} times as fast as time; {} ended early\nlook at {}/report.html\n",
                arguments.flights, file->duration_text, seconds, simulated_s / std::max(seconds, 1e-9), early,
                arguments.folder);
-  return {};
-}
-
-/// Doubtful findings are told, impossible ones are the error.
-Result<void> look_before_flight(const sim::Run& run) {
-  const auto findings = sim::preflight(run);
-  if (!findings) return fail(findings);
-  const std::string doubtful = sim::preflight_text(*findings, false), impossible = sim::preflight_text(*findings, true);
-  if (!doubtful.empty()) fmt::print(stderr, "nadir fly: before the flight:\n{}\n", doubtful);
-  if (!impossible.empty()) return fail(Error::Kind::Malformed, "cannot be flown:\n" + impossible);
   return {};
 }
 

@@ -10,6 +10,7 @@
 #include "nadir/base/files.h"
 #include "nadir/base/progress.h"
 #include "nadir/base/text.h"
+#include "nadir/base/time.h"
 #include "nadir/record/dataset.h"
 #include "nadir/record/overview.h"
 #include "nadir/record/scratch_dataset.h"
@@ -98,7 +99,7 @@ void print_explanation(const render::Explanation& explanation) {
   for (const std::string& line : text.left_out) fmt::print("  {}\n", line);
 }
 
-double time_s(const sim::TimedPose& pose) { return static_cast<double>(pose.time_ns) * 1e-9; }
+double time_s(const sim::TimedPose& pose) { return seconds_from_ns(pose.time_ns); }
 
 /// Where the first camera and the first map are, for somebody whose frames show nothing.
 std::string whereabouts(const render::Scene& scene, const sim::TimedPose& pose) {

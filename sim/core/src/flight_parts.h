@@ -3,7 +3,7 @@
 #include <memory>
 
 #include "nadir/render/surface.h"
-#include "nadir/sim/plan_flight.h"
+#include "nadir/sim/plan_motion.h"
 #include "nadir/sim/pose_source.h"
 #include "nadir/sim/run_file.h"
 

@@ -1,4 +1,5 @@
 #include "nadir/sim/flight_plan.h"
+#include "nadir/base/time.h"
 
 #include <fmt/format.h>
 
@@ -49,7 +50,7 @@ class Planner {
   }
   /// The last waypoint, or the start; without course where it is left in another one than known here.
   Waypoint last() const;
-  double duration_s() const { return static_cast<double>(run_.duration_ns) * 1e-9; }
+  double duration_s() const { return seconds_from_ns(run_.duration_ns); }
 
   const RunFile& run_;
   const std::string& name_;

@@ -1,4 +1,5 @@
 #include "nadir/sim/monte_carlo.h"
+#include "nadir/base/time.h"
 
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
@@ -33,7 +34,7 @@ class OutcomeSink final : public Sink {
     const Eigen::Vector3d enu =
         (run_.ground().frame().enu_from_ecef() * geodesy::Point<geodesy::frame::Ecef>{state.ecef_from_body.origin}).xyz;
     const bool first = out.track_en_m.empty();
-    out.end_s = static_cast<double>(state.time_ns) / 1e9;
+    out.end_s = seconds_from_ns(state.time_ns);
     out.end_east_m = enu.x(), out.end_north_m = enu.y(), out.end_up_m = enu.z();
     out.worst_off_path_m = std::max(out.worst_off_path_m, std::abs(data.off_path_right_m));
     out.worst_height_error_m = std::max(out.worst_height_error_m, std::abs(data.off_path_above_m));

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "flight.h"
+#include "pose_sources.h"
 #include "flight_air.h"
 #include "flight_parts.h"
 #include "nadir/sim/flown_multirotor.h"

@@ -1,4 +1,5 @@
 #include "nadir/sim/preflight.h"
+#include "nadir/base/time.h"
 
 #include <fmt/format.h>
 
@@ -94,7 +95,7 @@ class Preflight {
   }
 
   void look_at_surveys(double mission_s) {
-    const double duration_s = static_cast<double>(run_.file().duration_ns) * 1e-9;
+    const double duration_s = seconds_from_ns(run_.file().duration_ns);
     for (const PlannedSurvey& survey : vehicle_.plan->surveys) {
       const SensorSetup& sensor = run_.sensor(vehicle_.name, survey.sensor).setup;
       if (sensor.rate.hz() < survey.rate_hz / 1.01)
@@ -113,7 +114,7 @@ class Preflight {
   Result<void> look_at_cameras() {
     for (const PreparedSensor& sensor : run_.sensors()) {
       if (sensor.vehicle != vehicle_.name) continue;
-      const double duration_s = static_cast<double>(run_.file().duration_ns) * 1e-9;
+      const double duration_s = seconds_from_ns(run_.file().duration_ns);
       std::map<std::size_t, std::pair<std::size_t, std::size_t>> off;  // by item: off the map, and looked at
       double time_s = 0;
       const std::size_t stride = points_.size() / most_exposures + 1;

@@ -7,7 +7,7 @@
 #include <chrono>
 #include <cmath>
 
-#include "flight.h"
+#include "pose_sources.h"
 #include "nadir/render/adaptive_quality.h"
 #include "nadir/sim/scene_setup.h"
 

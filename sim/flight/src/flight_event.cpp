@@ -1,4 +1,5 @@
 #include "nadir/sim/flight_event.h"
+#include "nadir/base/time.h"
 
 #include <fmt/format.h>
 
@@ -13,7 +14,7 @@ namespace nadir::sim {
 using geodesy::to_degrees;
 
 std::string in_words(const FlightEvent& event) {
-  return fmt::format("{} at {:.3f} s: {}", event.name, static_cast<double>(event.time_ns) * 1e-9, event.text);
+  return fmt::format("{} at {:.3f} s: {}", event.name, seconds_from_ns(event.time_ns), event.text);
 }
 
 std::string in_words(const BodyState& body, const Environment& environment, const AirMotion& air) {

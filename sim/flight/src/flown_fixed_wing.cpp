@@ -1,4 +1,5 @@
 #include "nadir/sim/flown_fixed_wing.h"
+#include "nadir/base/time.h"
 
 #include <fmt/format.h>
 
@@ -11,9 +12,6 @@
 
 namespace nadir::sim {
 namespace {
-
-double seconds(std::int64_t ns) { return static_cast<double>(ns) * 1e-9; }
-std::int64_t nanoseconds(double s) { return std::llround(s * 1e9); }
 
 /// What adaptive steps may err, each: attitude by what it moves the ground by that a camera sees a kilometre away.
 Tolerance<BodyVector> body_tolerance(double tolerance_m) {
@@ -72,7 +70,7 @@ class FlownFixedWing final : public FlownVehicle {
       gear_ = command.gear;
       return {};
     }
-    const MissionPiece& piece = flight_.mission.piece_at(now, seconds(time_ns));
+    const MissionPiece& piece = flight_.mission.piece_at(now, seconds_from_ns(time_ns));
     guidance_ = follow(piece.path, now, gains_.path);
     guidance_.airspeed_mps = piece.airspeed_mps;
     off_path_ = path_error(piece.path, now);
@@ -99,7 +97,7 @@ class FlownFixedWing final : public FlownVehicle {
     if (!here) return fail(here);
     const FixedWingState& now = here->wing;
     const GroundTouch touch = ground_ ? ground_->touch(to_vector(now), here->contact, gear_) : GroundTouch{};
-    const AirMotion moving = air.at(seconds(time_ns));
+    const AirMotion moving = air.at(seconds_from_ns(time_ns));
     const BodyInAir in_air = body_in_air(now, flight_.environment, moving);
     const Loads load =
         loads(flight_.vehicle, flight_.environment, now, controls_, moving, touch.height_m) + touch.loads;
@@ -192,7 +190,8 @@ class FlownFixedWing final : public FlownVehicle {
     const auto crash = [&](std::int64_t time_ns, const std::string& why) {
       // The period was flown to its end, so its parts can be
       if (const auto then = state_at(std::clamp(time_ns, before_ns_, state_ns_), air))
-        tell("crash", time_ns, why + ", " + in_words(then->wing, flight_.environment, air.at(seconds(time_ns))), true);
+        tell("crash", time_ns, why + ", " + in_words(then->wing, flight_.environment, air.at(seconds_from_ns(time_ns))),
+             true);
     };
     if (report.met) {
       const double roll_rad =
@@ -206,10 +205,11 @@ class FlownFixedWing final : public FlownVehicle {
       if (airborne_ && !report.part && !report.broken)
         tell("touch-down", state_ns_,
              fmt::format("at {:.2f} m/s, {}", report.impact_mps,
-                         in_words(state_.wing, flight_.environment, air.at(seconds(state_ns_)))));
+                         in_words(state_.wing, flight_.environment, air.at(seconds_from_ns(state_ns_)))));
     }
-    if (report.broken) crash(nanoseconds(report.broken->time_s), "the " + name(report.broken->point) + " breaks");
-    if (report.part) crash(nanoseconds(report.part->time_s), "the " + name(report.part->point) + " meets the ground");
+    if (report.broken) crash(ns_from_seconds(report.broken->time_s), "the " + name(report.broken->point) + " breaks");
+    if (report.part)
+      crash(ns_from_seconds(report.part->time_s), "the " + name(report.part->point) + " meets the ground");
     if (state_.contact.touching || report.met) {
       touched_ns_ = state_ns_;
       airborne_ = false;
@@ -219,7 +219,7 @@ class FlownFixedWing final : public FlownVehicle {
 
     if (std::isfinite(limits.load_factor)) {
       const Eigen::Vector3d felt =
-          (state_.wing.velocity.xyz - before_.wing.velocity.xyz) / seconds(state_ns_ - before_ns_) -
+          (state_.wing.velocity.xyz - before_.wing.velocity.xyz) / seconds_from_ns(state_ns_ - before_ns_) -
           flight_.environment.at(state_.wing.position).gravity_ecef_mps2;
       if (felt.norm() > limits.load_factor * 9.81)
         crash(state_ns_, fmt::format("the airframe breaks under {:.1f} g, where {:.1f} are all that it stands",
@@ -243,7 +243,7 @@ class FlownFixedWing final : public FlownVehicle {
   Result<Moved> moved(Integrator<BodyVector>& integrator, const State& from, std::int64_t from_ns, std::int64_t to_ns,
                       const AirOverTime& air, ContactWork* ground_work) const {
     if (from_ns == to_ns) return Moved{from, {}};
-    const double from_s = seconds(from_ns), to_s = seconds(to_ns);
+    const double from_s = seconds_from_ns(from_ns), to_s = seconds_from_ns(to_ns);
     const auto surfaces_at = [&](double time_s) {
       return surfaces_after(flight_.vehicle, from.wing.surfaces, controls_.surfaces, time_s - from_s);
     };

@@ -1,4 +1,5 @@
 #include "nadir/sim/flown_multirotor.h"
+#include "nadir/base/time.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -14,9 +15,6 @@ namespace nadir::sim {
 namespace {
 
 using Eigen::Vector3d;
-
-constexpr double control_s = 0.01;
-double seconds(std::int64_t ns) { return static_cast<double>(ns) * 1e-9; }
 
 /// What adaptive steps may err, each: attitude by what it moves the ground by that a camera sees a kilometre away;
 /// speeds of rotors by a thousandth of what they hover at, currents by as much.
@@ -76,13 +74,13 @@ class FlownMultirotor final : public FlownVehicle {
   Result<void> decide(std::int64_t time_ns, const AirMotion& air) override {
     const Navigation here = now(air);
     ground_m_ = ground_below(state_.vehicle);
-    setpoint_ = pilot_.setpoint(seconds(time_ns), control_s, state_.standing);
+    setpoint_ = pilot_.setpoint(seconds_from_ns(time_ns), control_period_s, state_.standing);
     if (pilot_.rotors_off()) {
       controls_.actuators.setZero();
       return {};
     }
     if (state_.standing) control_.reset(state_.vehicle, here);
-    controls_ = control_.step(setpoint_, here, control_s, supply_v(air));
+    controls_ = control_.step(setpoint_, here, control_period_s, supply_v(air));
     return {};
   }
 
@@ -93,6 +91,7 @@ class FlownMultirotor final : public FlownVehicle {
     before_ns_ = from_ns;
     state_ = *next;
     state_ns_ = to_ns;
+    note_events(air.at(seconds_from_ns(to_ns)));
     return {};
   }
 
@@ -109,7 +108,7 @@ class FlownMultirotor final : public FlownVehicle {
       if (!within) return fail(within);
       then = *within;
     }
-    const AirMotion moving = air.at(seconds(time_ns));
+    const AirMotion moving = air.at(seconds_from_ns(time_ns));
     const BodyInAir in_air = body_in_air(then.vehicle, flight_.environment, moving);
     const MultirotorOutput out = output(flight_.vehicle, in_air, then.vehicle, controls_, ground_m_, currents_);
     FlightState state{then.vehicle, {}};
@@ -132,14 +131,29 @@ class FlownMultirotor final : public FlownVehicle {
   }
 
   std::span<const std::string> channels() const override { return channels_; }
+  std::span<const FlightEvent> events() const override { return events_; }
   const Work& work() const override { return integrator_.work(); }
 
  private:
-  /// A state, and whether it stands on the ground.
+  /// A state, and how it stands to the ground.
   struct Stance {
     MultirotorState vehicle;
     bool standing = false;
+    std::string crash = {};  // a touch that it does not stand
+    double touch_mps = 0;    // sink rate of the last touch
   };
+
+  /// What the last period brought.
+  void note_events(const AirMotion& air) {
+    const auto tell = [&](const char* name, const std::string& how, bool ends = false) {
+      events_.push_back({name, state_ns_, how + in_words(state_.vehicle, flight_.environment, air), ends});
+    };
+    if (flight_.vehicle.battery && state_.vehicle.charge_ah <= 0 && before_.vehicle.charge_ah > 0)
+      tell("battery empty", "");
+    if (!state_.crash.empty()) return tell("crash", state_.crash + ", ", true);
+    if (before_.standing && !state_.standing) tell("lift-off", "");
+    if (!before_.standing && state_.standing) tell("touch-down", fmt::format("at {:.2f} m/s, ", state_.touch_mps));
+  }
 
   Vector vector(const MultirotorState& state) const {
     return vector_of(flight_.vehicle, state, currents_, static_cast<const Vector*>(nullptr));
@@ -161,39 +175,43 @@ class FlownMultirotor final : public FlownVehicle {
 
   Result<Stance> moved(Integrator<Vector>& integrator, const Stance& from, std::int64_t from_ns, std::int64_t to_ns,
                        const AirOverTime& air) const {
-    const double from_s = seconds(from_ns), to_s = seconds(to_ns);
+    const double from_s = seconds_from_ns(from_ns), to_s = seconds_from_ns(to_ns);
     const MultirotorMotion motion(flight_.vehicle, flight_.environment, from.vehicle, controls_, air, from_s, ground_m_,
                                   currents_);
     Vector x = vector(from.vehicle);
     if (auto ok = integrator.advance(motion, from_s, to_s, x); !ok) return fail(ok);
     renormalise_quaternion(x, body_quaternion_at);
-    return grounded(from, {motion.state_at(to_s, x), false}, to_s);
+    return grounded(from, {motion.state_at(to_s, x)});
   }
 
   /// What the ground makes of a motion from one state to another.
-  Result<Stance> grounded(const Stance& from, Stance to, double time_s) const {
+  Stance grounded(const Stance& from, Stance to) const {
     const MultirotorGround& ground = flight_.ground;
     if (!ground.height_above_m) return to;
     const double height_m = ground.height_above_m(to.vehicle.position) - ground.legs_m;
     if (height_m > 0) return to;
-    const Surroundings here = flight_.environment.at(to.vehicle.position);
-    BodyState& body = to.vehicle;
-    to.standing = true;
     if (from.standing) {
-      body = from.vehicle;
+      static_cast<BodyState&>(to.vehicle) = from.vehicle;
+      to.standing = true;
       return to;
     }
+    const Surroundings here = flight_.environment.at(to.vehicle.position);
+    BodyState& body = to.vehicle;
     const Vector3d up = -here.ecef_from_ned.col(2);
     const double sink_mps = -body.velocity.xyz.dot(up);
     const double tilt_rad =
         std::acos(std::clamp(-(body.ecef_from_body.quaternion * Vector3d::UnitZ().eval()).dot(up), -1.0, 1.0));
-    if (sink_mps > ground.most_touch_mps || tilt_rad > ground.most_touch_tilt_rad)
-      return fail(
-          Error::Kind::Unsupported,
-          fmt::format("crash at t = {:.2f} s: it came to the ground at {:.1f} m/s down and {:.1f} m/s over ground, "
-                      "tilted by {:.0f} deg{}",
-                      time_s, sink_mps, (body.velocity.xyz + sink_mps * up).norm(), geodesy::to_degrees(tilt_rad),
-                      flight_.vehicle.battery && to.vehicle.charge_ah <= 0 ? ", its battery empty" : ""));
+    if (sink_mps > ground.most_touch_mps || tilt_rad > ground.most_touch_tilt_rad) {
+      to.crash = fmt::format(
+          "a touch-down at {:.2f} m/s and {:.0f} deg of tilt, where {:.1f} and {:.0f} are all that "
+          "it stands{}",
+          sink_mps, geodesy::to_degrees(tilt_rad), ground.most_touch_mps,
+          geodesy::to_degrees(ground.most_touch_tilt_rad),
+          flight_.vehicle.battery && to.vehicle.charge_ah <= 0 ? ", its battery empty" : "");
+      return to;
+    }
+    to.standing = true;
+    to.touch_mps = sink_mps;
     body.position.xyz -= height_m * up;
     body.velocity.xyz.setZero();
     body.body_rates_radps = body.ecef_from_body.quaternion.conjugate() * here.earth_rate_ecef_radps;
@@ -229,6 +247,7 @@ class FlownMultirotor final : public FlownVehicle {
 
   MultirotorFlight flight_;
   std::vector<std::string> channels_;
+  std::vector<FlightEvent> events_;
   CurrentModel currents_;
   MultirotorControl control_;
   MultirotorPilot pilot_;
@@ -253,7 +272,7 @@ Result<std::unique_ptr<FlownVehicle>> fly_multirotor(MultirotorFlight flight) {
   const double gravity = here.gravity_ecef_mps2.norm(), density = here.density_kgpm3;
   const double charge_ah = flight.vehicle.battery ? flight.charge_share * flight.vehicle.battery->capacity_ah : 0;
 
-  auto gains = multirotor_gains(flight.vehicle, control_s, density, gravity);
+  auto gains = multirotor_gains(flight.vehicle, control_period_s, density, gravity);
   if (!gains) return fail(gains);
   // Faster than the mission by half, to catch up
   const TrajectoryLimits& asked = flight.mission.limits;
@@ -262,7 +281,7 @@ Result<std::unique_ptr<FlownVehicle>> fly_multirotor(MultirotorFlight flight) {
   gains->max_descent_mps = std::max(gains->max_descent_mps, 1.5 * asked.descent_mps);
   auto mixer = Mixer::create(flight.vehicle, density);
   if (!mixer) return fail(mixer);
-  if (auto ok = check(*gains, *mixer, control_s, gravity); !ok) return fail(ok);
+  if (auto ok = check(*gains, *mixer, control_period_s, gravity); !ok) return fail(ok);
   auto pilot = MultirotorPilot::create(flight.mission, gains->max_yaw_rate_radps);
   if (!pilot) return fail(pilot);
   MultirotorControl control(flight.vehicle, std::move(*mixer), *gains, gravity);

@@ -1,4 +1,5 @@
 #include "nadir/record/flight_report.h"
+#include "nadir/base/time.h"
 
 #include <fmt/format.h>
 
@@ -12,8 +13,6 @@ namespace nadir::record {
 namespace {
 
 using geodesy::to_degrees;
-
-double seconds(std::int64_t time_ns) { return static_cast<double>(time_ns) * 1e-9; }
 
 double worst_of(const Series& series, double settle_s) {
   double worst = 0;
@@ -57,7 +56,7 @@ FlightReport::FlightReport(const sim::Run& run) : run_(run) {
     vehicles_.push_back(std::move(log));
   }
   for (const sim::PreparedSensor& sensor : run.sensors()) {
-    const double exposures = seconds(run.file().duration_ns) * sensor.setup.rate.hz() + 1;
+    const double exposures = seconds_from_ns(run.file().duration_ns) * sensor.setup.rate.hz() + 1;
     const std::string name = sensor.vehicle + "/" + sensor.name;
     sensors_.push_back({sensor.vehicle,
                         sensor.name,
@@ -74,7 +73,7 @@ FlightReport::FlightReport(const sim::Run& run) : run_(run) {
 Result<void> FlightReport::on_state(const std::string& vehicle, const sim::VehicleState& state) {
   for (VehicleLog& log : vehicles_) {
     if (log.name != vehicle) continue;
-    const double t = seconds(state.time_ns);
+    const double t = seconds_from_ns(state.time_ns);
     const double ground_m = run_.ground().up_m();
     const double up_m =
         (run_.ground().frame().enu_from_ecef() * geodesy::Point<geodesy::frame::Ecef>{state.ecef_from_body.origin})
@@ -101,7 +100,7 @@ Result<void> FlightReport::on_state(const std::string& vehicle, const sim::Vehic
 Result<void> FlightReport::on_frame(const sim::FrameEvent& event) {
   for (SensorLog& log : sensors_) {
     if (log.vehicle != event.vehicle || log.name != event.sensor) continue;
-    const double t = seconds(event.state.time_ns);
+    const double t = seconds_from_ns(event.state.time_ns);
     log.overview.add(event.truth, event.state.time_ns);
     if (event.frame) log.cost.points.push_back({t, event.truth.render_ms});
     if (event.frame || !event.rejected.empty()) log.valid.points.push_back({t, event.truth.valid_fraction});
@@ -187,7 +186,7 @@ Result<void> FlightReport::write(render::Renderer& renderer, const std::filesyst
                                  const sim::RunSummary& summary, bool frames) const {
   const std::filesystem::path pictures = folder / "pictures";
   Report report{frames ? "Flight report" : "Rehearsal: where the cameras will look",
-                fmt::format("{} s simulated in {:.1f} s", seconds(summary.flown_ns), summary.seconds)};
+                fmt::format("{} s simulated in {:.1f} s", seconds_from_ns(summary.flown_ns), summary.seconds)};
 
   // The main figures
   const std::string when = settle_s() > 0 ? fmt::format("at most, after {} s", settle_s()) : "at most";
@@ -229,7 +228,7 @@ Result<void> FlightReport::write(render::Renderer& renderer, const std::filesyst
     gsd_chart.series.push_back(log.gsd);
     for (const Excursion& e : log.excursions)
       outside.lines.push_back(fmt::format("{}/{}: {} exposures from {:.2f} s to {:.2f} s", log.vehicle, log.name,
-                                          e.exposures, seconds(e.from_ns), seconds(e.to_ns)));
+                                          e.exposures, seconds_from_ns(e.from_ns), seconds_from_ns(e.to_ns)));
   }
   if (outside.lines.empty()) outside.lines.push_back("none: every exposure lies on its map");
   where.items.emplace_back(std::move(outside));

@@ -1,4 +1,5 @@
 #include "nadir/record/flights_report.h"
+#include "nadir/base/time.h"
 
 #include <fmt/format.h>
 
@@ -75,7 +76,7 @@ Result<void> write_flights(const std::filesystem::path& folder, const sim::RunFi
   if (auto ok = write_rows(folder / "flights.csv", outcomes); !ok) return ok;
 
   const auto groups = by_vehicle(outcomes);
-  const double duration_s = static_cast<double>(run.duration_ns) * 1e-9;
+  const double duration_s = seconds_from_ns(run.duration_ns);
   const auto early = std::count_if(outcomes.begin(), outcomes.end(), [](const auto& o) { return !o.fault.empty(); });
   const std::size_t flights = groups.empty() ? 0 : groups.begin()->second.size();
   Report report{"Many flights of one run",

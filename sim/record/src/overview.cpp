@@ -1,4 +1,5 @@
 #include "nadir/record/overview.h"
+#include "nadir/base/time.h"
 
 #include <fmt/format.h>
 
@@ -27,7 +28,7 @@ SheetFrame sheet_frame(const render::FrameLayer& layer, const render::Layer& of,
           of.source->domain() == tile::Domain::Decibel && !of.options.output};
 }
 
-std::string seconds(std::int64_t time_ns) { return fmt::format("{:.2f} s", static_cast<double>(time_ns) * 1e-9); }
+std::string seconds(std::int64_t time_ns) { return fmt::format("{:.2f} s", seconds_from_ns(time_ns)); }
 
 /// The plane of overviews: the scene's own, else the one that touches the Earth at the scene origin.
 render::Plane plan_plane(const render::Surface& surface) {

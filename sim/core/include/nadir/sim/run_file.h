@@ -90,7 +90,7 @@ struct VehicleSetup {
   GroundSetup ground;                         // of a fixed wing: how it leaves it and comes back
   std::optional<MultirotorSetup> multirotor;  // of its models, instead of mission, airspeed and turn radius
   double trajectory_tolerance_m = 1e-3;       // of what steps of the motion make of it
-  std::optional<Scheme> integration;          // else the cheapest within that tolerance: plan_flight
+  std::optional<Scheme> integration;          // else the cheapest within that tolerance: plan_motion
   std::vector<std::pair<std::string, SensorSetup>> sensors;
 
   FixedWing fixed_wing() const;  // of the parameters or the model; there must be one

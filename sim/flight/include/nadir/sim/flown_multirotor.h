@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "nadir/sim/flown_vehicle.h"
+#include "nadir/sim/gain_design.h"
 #include "nadir/sim/integrator.h"
 #include "nadir/sim/multirotor_pilot.h"
 
@@ -35,7 +36,7 @@ struct MultirotorFlight {
 
 /// Fails where the vehicle cannot be, cannot hover there, or its mission cannot be flown; the message lists all that is
 /// wrong with the vehicle. Channels: throttle and thrust of each rotor, speeds of electric ones, voltage, current and
-/// charge of a battery, the waypoint. A crash ends the flight with an error that says how it came to the ground.
+/// charge of a battery, the waypoint. Events: lift-off, touch-down, crash, battery empty; seen where periods end.
 Result<std::unique_ptr<FlownVehicle>> fly_multirotor(MultirotorFlight flight);
 
 }  // namespace nadir::sim

@@ -1,4 +1,5 @@
-#include "nadir/sim/plan_flight.h"
+#include "nadir/sim/plan_motion.h"
+#include "nadir/base/time.h"
 
 #include <fmt/format.h>
 
@@ -46,9 +47,9 @@ double least_implicit_cost(const CostModel& model) {
 
 }  // namespace
 
-Result<Plan> plan_flight(const MakeFlight& make, double tolerance_m, std::int64_t trial_ns) {
+Result<Plan> plan_motion(const MakeFlight& make, double tolerance_m, std::int64_t trial_ns) {
   using Method = Scheme::Method;
-  const Trial trial{.interval_s = static_cast<double>(Flight::period_ns) * 1e-9,
+  const Trial trial{.interval_s = seconds_from_ns(Flight::period_ns),
                     .intervals = static_cast<int>(std::max<std::int64_t>(trial_ns / Flight::period_ns, 1)),
                     .most_steps = 64};
   Plan plan;

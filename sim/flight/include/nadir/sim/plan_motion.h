@@ -15,6 +15,6 @@ using MakeFlight = std::function<Result<Flight>(const Scheme&)>;
 /// is compared is the position where periods end, and how far the attitude moves what lies a kilometre away. An
 /// implicit scheme is tried where the explicit ones cost more than its least: one step a period. Fails where none keeps
 /// to it. A crash ends the trial; a flight that diverges whatever the scheme gets RK4.
-Result<Plan> plan_flight(const MakeFlight& make, double tolerance_m, std::int64_t trial_ns);
+Result<Plan> plan_motion(const MakeFlight& make, double tolerance_m, std::int64_t trial_ns);
 
 }  // namespace nadir::sim

@@ -1,4 +1,4 @@
-#include "flight.h"
+#include "pose_sources.h"
 
 #include <fmt/format.h>
 
@@ -7,9 +7,10 @@
 
 #include "flight_air.h"
 #include "flight_parts.h"
+#include "nadir/base/time.h"
 #include "nadir/sim/air_along_path.h"
 #include "nadir/sim/flown_fixed_wing.h"
-#include "nadir/sim/plan_flight.h"
+#include "nadir/sim/plan_motion.h"
 #include "nadir/sim/pose_file.h"
 
 namespace nadir::sim {
@@ -85,7 +86,7 @@ class RecordedPoses final : public PoseSource {
       return poses_[i].ecef_from_camera * render::body_from_camera({}).inverse();
     };
     const auto a = body_at(from), b = body_at(from + 1);
-    const double duration_s = static_cast<double>(poses_[from + 1].time_ns - poses_[from].time_ns) * 1e-9;
+    const double duration_s = seconds_from_ns(poses_[from + 1].time_ns - poses_[from].time_ns);
     return {(b.origin - a.origin) / duration_s,
             render::rotation_vector(a.rotation.conjugate() * b.rotation) / duration_s};
   }
@@ -99,7 +100,7 @@ Result<MotionPlan> motion_plan(const MakeFlight& make, const VehicleSetup& setup
   if (setup.integration) return MotionPlan{*setup.integration, "as the run file says"};
   constexpr std::int64_t longest_trial_ns = 60'000'000'000;
   if (auto flown = make({}); !flown) return fail(flown);  // what cannot begin is no fault of a scheme
-  auto plan = plan_flight(make, setup.trajectory_tolerance_m, std::min(duration_ns, longest_trial_ns));
+  auto plan = plan_motion(make, setup.trajectory_tolerance_m, std::min(duration_ns, longest_trial_ns));
   if (!plan) return fail(plan);
   return MotionPlan{plan->scheme, plan->why};
 }
@@ -169,8 +170,7 @@ Result<std::unique_ptr<PoseSource>> make_recorded_poses(const RunFile& run, cons
         Error::Kind::Malformed,
         fmt::format(
             "{}: has poses from {} s to {} s, and the run needs them from 0 s to {} s: change duration_s or the file",
-            path.string(), static_cast<double>(first_ns) * 1e-9, static_cast<double>(last_ns) * 1e-9,
-            run.duration_text));
+            path.string(), seconds_from_ns(first_ns), seconds_from_ns(last_ns), run.duration_text));
   return std::make_unique<RecordedPoses>(std::move(*poses));
 }
 
