@@ -12,7 +12,7 @@
 #include "nadir/base/files.h"
 #include "nadir/record/telemetry.h"
 #include "nadir/sim/monte_carlo.h"
-#include "nadir/sim/plan_flight.h"
+#include "nadir/sim/plan_motion.h"
 #include "nadir/sim/run.h"
 
 namespace nadir::bench {
@@ -70,7 +70,7 @@ Case by_scheme(bool turbulent, const RunOptions& options) {
                 add(std::string(name_of(method)), fmt::format("{} steps", steps), {.method = method, .steps = steps});
             add("dormand-prince", "1 mm", {.method = M::DormandPrince});
             for (const double tolerance_m : {1.0, 1e-3, 1e-6}) {
-              const auto plan = sim::plan_flight(
+              const auto plan = sim::plan_motion(
                   [=](const Scheme& s) -> Result<Flight> { return aerosonde_around_a_square(s, turbulent); },
                   tolerance_m, seconds* second_ns);
               if (!plan) return fail(plan);

@@ -6,7 +6,7 @@
 #include <cstring>
 
 #include "nadir/sim/flown_fixed_wing.h"
-#include "nadir/sim/plan_flight.h"
+#include "nadir/sim/plan_motion.h"
 #include "vehicle/aerosonde.h"
 
 namespace nadir::sim {
@@ -74,12 +74,12 @@ TEST(Flight, WhatLooksWithinAPeriodMeetsItsEnd) {
   EXPECT_NEAR(end.data.specific_force_mps2.z(), -9.8, 6);
 }
 
-TEST(PlanFlight, WhatItChoosesKeepsToItsTolerance) {
+TEST(PlanMotion, WhatItChoosesKeepsToItsTolerance) {
   // Against another method than the plan's reference, to past the trial: the loop that is closed holds errors down.
   const Vector3d exact = end_of({.method = Method::Rk4, .steps = 64}, 40);
   double cost_before = 0;
   for (const double tolerance_m : {1.0, 1e-2, 1e-4, 1e-6}) {
-    const auto plan = plan_flight([](const Scheme& s) { return square(s); }, tolerance_m, 20 * second_ns);
+    const auto plan = plan_motion([](const Scheme& s) { return square(s); }, tolerance_m, 20 * second_ns);
     ASSERT_TRUE(plan) << plan.error().message;
     EXPECT_FALSE(plan->stiff) << plan->why;
     EXPECT_EQ(plan->chosen.work.jacobians, 0);
@@ -94,8 +94,8 @@ TEST(PlanFlight, WhatItChoosesKeepsToItsTolerance) {
   }
 }
 
-TEST(PlanFlight, AMotionThatNoSchemeFliesIsSaid) {
-  const auto plan = plan_flight([](const Scheme&) -> Result<Flight> { return fail(Error::Kind::NotFound, "no trim"); },
+TEST(PlanMotion, AMotionThatNoSchemeFliesIsSaid) {
+  const auto plan = plan_motion([](const Scheme&) -> Result<Flight> { return fail(Error::Kind::NotFound, "no trim"); },
                                 1e-3, second_ns);
   ASSERT_FALSE(plan);
   EXPECT_NE(plan.error().message.find("no trim"), std::string::npos);

@@ -4,7 +4,7 @@
 
 #include "nadir/sim/flight.h"
 #include "nadir/sim/flown_fixed_wing.h"
-#include "nadir/sim/plan_flight.h"
+#include "nadir/sim/plan_motion.h"
 #include "vehicle/aerosonde.h"
 
 namespace nadir::sim {
@@ -158,15 +158,15 @@ TEST(GroundFlight, AFlightThatDivergesIsSaidWithTimeAndStateInWords) {
 }
 
 TEST(GroundFlight, ItsMotionCanBePlanned) {
-  const auto plan = plan_flight([](const Scheme& scheme) { return make({}, scheme); }, 1e-2, 30'000'000'000);
+  const auto plan = plan_motion([](const Scheme& scheme) { return make({}, scheme); }, 1e-2, 30'000'000'000);
   ASSERT_TRUE(plan) << plan.error().message;
-  const auto crashes = plan_flight([](const Scheme& scheme) { return make(dive(), scheme); }, 1e-3, 30'000'000'000);
+  const auto crashes = plan_motion([](const Scheme& scheme) { return make(dive(), scheme); }, 1e-3, 30'000'000'000);
   EXPECT_TRUE(crashes) << crashes.error().message;
   Scenario unstable = dive();
   unstable.height_m = 1000;
   unstable.vehicle.roll.p = 20;
   unstable.fly_unstable = true;
-  const auto diverges = plan_flight([&](const Scheme& s) { return make(unstable, s); }, 1e-3, 30'000'000'000);
+  const auto diverges = plan_motion([&](const Scheme& s) { return make(unstable, s); }, 1e-3, 30'000'000'000);
   ASSERT_TRUE(diverges) << diverges.error().message;
   EXPECT_NE(diverges->why.find("diverges"), std::string::npos) << diverges->why;
 }
