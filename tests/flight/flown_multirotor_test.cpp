@@ -1,4 +1,5 @@
 #include "nadir/sim/flown_multirotor.h"
+#include "nadir/base/time.h"
 
 #include <gtest/gtest.h>
 
@@ -92,6 +93,10 @@ TEST(FlownMultirotor, TakesOffFliesAndTouchesDownAsSlowlyAsAsked) {
     EXPECT_EQ(end.data.throttle, 0);
     EXPECT_EQ(end.body.velocity.xyz.norm(), 0);
     EXPECT_NEAR(end.data.specific_force_mps2.norm(), 9.8, 0.05);
+    ASSERT_EQ(flight.events().size(), 2u);
+    EXPECT_EQ(flight.events()[0].name, "lift-off");
+    EXPECT_EQ(flight.events()[1].name, "touch-down");
+    EXPECT_NEAR(seconds_from_ns(flight.events()[1].time_ns), touched_s, 1e-9);
   }
 }
 

@@ -26,9 +26,6 @@ struct Approach {
   FlightGains gains;
 };
 
-/// Shorter hops between wheels and ground are one touch-down.
-constexpr std::int64_t hop_ns = 1'000'000'000;
-
 class FlownFixedWing final : public FlownVehicle {
  public:
   FlownFixedWing(FixedWingFlight flight, const FeedForward& cruise, const FlightGains& gains,

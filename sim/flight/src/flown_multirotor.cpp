@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <optional>
 
 #include "nadir/sim/multirotor_motion.h"
 #include "nadir/sim/multirotor_trim.h"
@@ -145,14 +146,21 @@ class FlownMultirotor final : public FlownVehicle {
 
   /// What the last period brought.
   void note_events(const AirMotion& air) {
+    const auto words = [&] { return in_words(state_.vehicle, flight_.environment, air); };
     const auto tell = [&](const char* name, const std::string& how, bool ends = false) {
-      events_.push_back({name, state_ns_, how + in_words(state_.vehicle, flight_.environment, air), ends});
+      events_.push_back({name, state_ns_, how + words(), ends});
     };
     if (flight_.vehicle.battery && state_.vehicle.charge_ah <= 0 && before_.vehicle.charge_ah > 0)
       tell("battery empty", "");
     if (!state_.crash.empty()) return tell("crash", state_.crash + ", ", true);
-    if (before_.standing && !state_.standing) tell("lift-off", "");
-    if (!before_.standing && state_.standing) tell("touch-down", fmt::format("at {:.2f} m/s, ", state_.touch_mps));
+    if (before_.standing && !state_.standing) leaves_ = FlightEvent{"lift-off", state_ns_, words()};
+    if (state_.standing) {
+      if (!before_.standing && !leaves_) tell("touch-down", fmt::format("at {:.2f} m/s, ", state_.touch_mps));
+      leaves_.reset();
+    } else if (leaves_ && state_ns_ - leaves_->time_ns >= hop_ns) {
+      events_.push_back(*leaves_);
+      leaves_.reset();
+    }
   }
 
   Vector vector(const MultirotorState& state) const {
@@ -248,6 +256,7 @@ class FlownMultirotor final : public FlownVehicle {
   MultirotorFlight flight_;
   std::vector<std::string> channels_;
   std::vector<FlightEvent> events_;
+  std::optional<FlightEvent> leaves_;  // the ground, and is told if it does not come back at once
   CurrentModel currents_;
   MultirotorControl control_;
   MultirotorPilot pilot_;

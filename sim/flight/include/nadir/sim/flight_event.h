@@ -17,6 +17,9 @@ struct FlightEvent {
   bool ends_flight = false;  // there is nothing to fly after it
   static constexpr const char* diverged = "diverged";
 };
+/// Shorter hops off the ground are part of one touch-down.
+inline constexpr std::int64_t hop_ns = 1'000'000'000;
+
 /// "crash at 12.345 s: ..."
 std::string in_words(const FlightEvent& event);
 
