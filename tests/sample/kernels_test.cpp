@@ -125,15 +125,15 @@ struct RandomRow {
     count = std::uniform_int_distribution<int>(1, row_px)(random);
     const double half = (count - 1) / 2.0, reach = half + 0.5;
     middle.half = half;
-    middle.u = uniform(-20, 320);
-    middle.v = uniform(-20, 220);
+    middle.texel.x() = uniform(-20, 320);
+    middle.texel.y() = uniform(-20, 220);
     middle.turn = random() % 2 ? uniform(-1, 1) * 0.5 / (half + 17) : 0;
     const double most = most_from_middle / 2 / reach, straight = random() % 2 ? 1 : 0.7;
-    middle.slope_u = uniform(-1, 1) * most * straight;
-    middle.slope_v = uniform(-1, 1) * most * straight;
+    middle.slope.x() = uniform(-1, 1) * most * straight;
+    middle.slope.y() = uniform(-1, 1) * most * straight;
     if (straight < 1) {
-      middle.bend_u = uniform(-1, 1) * most * 0.3 / reach;
-      middle.bend_v = uniform(-1, 1) * most * 0.3 / reach;
+      middle.bend.x() = uniform(-1, 1) * most * 0.3 / reach;
+      middle.bend.y() = uniform(-1, 1) * most * 0.3 / reach;
     }
     frame.high_x = 298;
     frame.high_y = 198;
@@ -141,8 +141,9 @@ struct RandomRow {
   }
   Eigen::Vector2d at(int i) const {
     const double d = i - middle.half, over = 1 / (1 + d * middle.turn);
-    return {std::clamp(middle.u + d * (middle.slope_u + d * middle.bend_u) * over, frame.low, frame.high_x),
-            std::clamp(middle.v + d * (middle.slope_v + d * middle.bend_v) * over, frame.low, frame.high_y)};
+    return {
+        std::clamp(middle.texel.x() + d * (middle.slope.x() + d * middle.bend.x()) * over, frame.low, frame.high_x),
+        std::clamp(middle.texel.y() + d * (middle.slope.y() + d * middle.bend.y()) * over, frame.low, frame.high_y)};
   }
   int count;
   RowMiddle middle;
@@ -200,21 +201,19 @@ TEST(PlacesOfARow, AreThoseInDoublePrecisionWithinTheBoundAndAlikeUnderAllInstru
 TEST(PlacesOfARow, AreLeftToDoublePrecisionWhereSingleDoesNotDo) {
   PatchFrame frame;
   frame.high_x = frame.high_y = 300;
-  const auto taken = [&](const RowPath& path) {
-    RowMiddle middle;
-    set_middle(path, 0.5, row_px, middle);
-    return patch_row(middle, 0, frame).has_value();
+  const auto taken = [&](const TexelPath& path) {
+    return patch_row(middle_of(path, 0.5, row_px), 0, frame).has_value();
   };
   constexpr double nan = std::numeric_limits<double>::quiet_NaN(), inf = std::numeric_limits<double>::infinity();
-  EXPECT_TRUE(taken({.u1 = 0.9, .v1 = 0.9}));
-  EXPECT_FALSE(taken({.u1 = 1.1, .v1 = 0.9})) << "spans too much";
-  EXPECT_FALSE(taken({.u1 = 1e-3, .w0 = 1, .w1 = -1.0 / 40})) << "a pole within the row";
-  EXPECT_FALSE(taken({.u1 = 1e-3, .w0 = 1, .w1 = -1.0 / 80})) << "a pole beside the row";
-  EXPECT_FALSE(taken({.u0 = nan}));
-  EXPECT_FALSE(taken({.u0 = inf}));
-  EXPECT_FALSE(taken({.v1 = nan}));
-  EXPECT_FALSE(taken({.w0 = 0}));
-  EXPECT_FALSE(taken({.v0 = 1e9}));
+  EXPECT_TRUE(taken({.t1 = {0.9, 0.9}}));
+  EXPECT_FALSE(taken({.t1 = {1.1, 0.9}})) << "spans too much";
+  EXPECT_FALSE(taken({.t1 = {1e-3, 0}, .w = {1, -1.0 / 40}})) << "a pole within the row";
+  EXPECT_FALSE(taken({.t1 = {1e-3, 0}, .w = {1, -1.0 / 80}})) << "a pole beside the row";
+  EXPECT_FALSE(taken({.t0 = {nan, 0}}));
+  EXPECT_FALSE(taken({.t0 = {inf, 0}}));
+  EXPECT_FALSE(taken({.t1 = {0, nan}}));
+  EXPECT_FALSE(taken({.w = {0, 0}}));
+  EXPECT_FALSE(taken({.t0 = {0, 1e9}}));
 }
 
 }  // namespace

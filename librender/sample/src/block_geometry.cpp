@@ -6,27 +6,13 @@
 
 namespace nadir::render {
 
-void BlockGeometry::set_path(double y, RowPath& path) const {
-  if (!block_.biquadratic) {
-    const Eigen::Matrix3d& h = block_.texel_from_image;
-    path.u0 = h(0, 1) * y + h(0, 2);
-    path.u1 = h(0, 0);
-    path.v0 = h(1, 1) * y + h(1, 2);
-    path.v1 = h(1, 0);
-    path.w0 = h(2, 1) * y + h(2, 2);
-    path.w1 = h(2, 0);
-    path.u2 = path.v2 = 0;
-    return;
+TexelPath BlockGeometry::path(double y) const {
+  if (block_.biquadratic) {
+    const std::array<Eigen::Vector2d, 3> terms = block_.biquadratic->row(y);
+    return {terms[0], terms[1], terms[2]};
   }
-  const std::array<Eigen::Vector2d, 3> terms = block_.biquadratic->row(y);
-  path.u0 = terms[0].x();
-  path.v0 = terms[0].y();
-  path.u1 = terms[1].x();
-  path.v1 = terms[1].y();
-  path.u2 = terms[2].x();
-  path.v2 = terms[2].y();
-  path.w0 = 1;
-  path.w1 = 0;
+  const Eigen::Matrix3d& h = block_.texel_from_image;
+  return {h.col(1).head<2>() * y + h.col(2).head<2>(), h.col(0).head<2>(), {0, 0}, {h(2, 1) * y + h(2, 2), h(2, 0)}};
 }
 
 void BlockGeometry::given_row(int x, int y, int count, const Eigen::Vector2d& offset, double* u, double* v) const {
@@ -41,40 +27,37 @@ void BlockGeometry::given_row(int x, int y, int count, const Eigen::Vector2d& of
 constexpr double most_turn = 0.5;  // of a row's half
 constexpr double beyond = 17;      // pixels, which vectors take past a row's end
 
-void set_middle(const RowPath& path, double first, int count, RowMiddle& middle) {
+RowMiddle middle_of(const TexelPath& path, double first, int count) {
   const double half = (count - 1) / 2.0, at = first + half;
-  const double over_w = 1 / (path.w0 + at * path.w1), turn = path.w1 * over_w;
-  middle.turn = turn;
-  middle.half = half;
-  middle.u = (path.u0 + at * (path.u1 + at * path.u2)) * over_w;
-  middle.v = (path.v0 + at * (path.v1 + at * path.v2)) * over_w;
-  middle.slope_u = (path.u1 + 2 * at * path.u2) * over_w - middle.u * turn;
-  middle.slope_v = (path.v1 + 2 * at * path.v2) * over_w - middle.v * turn;
-  middle.bend_u = path.u2 * over_w;
-  middle.bend_v = path.v2 * over_w;
-  middle.gentle = std::abs(turn) * (half + beyond) <= most_turn;  // false where it is not a number
+  const double over_w = 1 / (path.w.x() + at * path.w.y()), turn = path.w.y() * over_w;
+  const Eigen::Vector2d texel = (path.t0 + at * (path.t1 + at * path.t2)) * over_w;
+  return {.texel = texel,
+          .slope = (path.t1 + (2 * at) * path.t2) * over_w - texel * turn,
+          .bend = path.t2 * over_w,
+          .turn = turn,
+          .half = half,
+          .gentle = std::abs(turn) * (half + beyond) <= most_turn};  // false where it is not a number
 }
 
 std::optional<PatchRow> patch_row(const RowMiddle& middle, double first, const PatchFrame& frame) {
-  constexpr double most_col = 1 << 15;
-  const double x = middle.u * frame.scale_x + frame.offset_x, y = middle.v * frame.scale_y + frame.offset_y;
+  constexpr double most_texels = 1 << 15;
+  const Eigen::Array2d scale(frame.scale_x, frame.scale_y), offset(frame.offset_x, frame.offset_y);
+  const Eigen::Array2d texel = middle.texel.array() * scale + offset;
   const double reach = middle.half + 0.5;
-  const auto way = [&](double slope, double bend, double scale) {
-    return reach * (std::abs(slope) + reach * std::abs(bend)) * scale;
-  };
-  const bool fits = middle.gentle && std::abs(x) < most_col && std::abs(y) < most_col &&
-                    way(middle.slope_u, middle.bend_u, frame.scale_x) <= most_from_middle * (1 - most_turn) &&
-                    way(middle.slope_v, middle.bend_v, frame.scale_y) <= most_from_middle * (1 - most_turn);
+  const Eigen::Array2d way = reach * (middle.slope.array().abs() + reach * middle.bend.array().abs()) * scale;
+  const bool fits =
+      middle.gentle && (texel.abs() < most_texels).all() && (way <= most_from_middle * (1 - most_turn)).all();
   if (!fits) return std::nullopt;
-  const auto col = static_cast<std::int32_t>(std::floor(x)), row = static_cast<std::int32_t>(std::floor(y));
+  const auto col = static_cast<std::int32_t>(std::floor(texel.x())),
+             row = static_cast<std::int32_t>(std::floor(texel.y()));
   return PatchRow{col,
                   row,
-                  static_cast<float>(x - col),
-                  static_cast<float>(y - row),
-                  static_cast<float>(middle.slope_u * frame.scale_x),
-                  static_cast<float>(middle.slope_v * frame.scale_y),
-                  static_cast<float>(middle.bend_u * frame.scale_x),
-                  static_cast<float>(middle.bend_v * frame.scale_y),
+                  static_cast<float>(texel.x() - col),
+                  static_cast<float>(texel.y() - row),
+                  static_cast<float>(middle.slope.x() * frame.scale_x),
+                  static_cast<float>(middle.slope.y() * frame.scale_y),
+                  static_cast<float>(middle.bend.x() * frame.scale_x),
+                  static_cast<float>(middle.bend.y() * frame.scale_y),
                   static_cast<float>(middle.turn),
                   static_cast<float>(first - middle.half)};
 }

@@ -17,6 +17,15 @@ struct SampleSpan {
   Eigen::Vector2d first, last;
 };
 
+/// Texels, in a row of pixels: (t0 + x (t1 + x t2)) / (w.x + x w.y). As pairs and not as eight numbers, for it is read
+/// as it was written: a processor that must put two numbers together which have only just been written waits until all
+/// pixels written before them have left for memory, a fifth of a large frame.
+struct TexelPath {
+  Eigen::Vector2d t0{0, 0}, t1{0, 0}, t2{0, 0}, w{1, 0};
+
+  RowPath numbers() const { return {t0.x(), t1.x(), t2.x(), t0.y(), t1.y(), t2.y(), w.x(), w.y()}; }
+};
+
 /// Where a block's samples lie, in level-0 texels from `origin`.
 class BlockGeometry {
  public:
@@ -26,9 +35,8 @@ class BlockGeometry {
 
   /// Whether rows have a path; each pixel's texels are given otherwise.
   bool has_paths() const { return !given(); }
-  /// Of the row whose points lie `y` from the block's upper edge; x counts from its left edge. Written in place: a
-  /// copy of what was only just written would wait for it.
-  void set_path(double y, RowPath& path) const;
+  /// Of the row whose points lie `y` from the block's upper edge; x counts from its left edge.
+  TexelPath path(double y) const;
   /// Otherwise: of pixels x, x + 1, ... of row y, `offset` from their corners. `u`, `v`: of row_px, each.
   void given_row(int x, int y, int count, const Eigen::Vector2d& offset, double* u, double* v) const;
 
@@ -44,15 +52,15 @@ class BlockGeometry {
   const BlockSampling& block_;
 };
 
-/// A row of pixels about its middle: texels u + d (slope_u + d bend_u) / (1 + d turn), v likewise, d counting pixels
-/// from there.
+/// A row of pixels about its middle: texels middle + d (slope + d bend) / (1 + d turn), d counting pixels from there.
 struct RowMiddle {
-  double u = 0, v = 0, slope_u = 0, slope_v = 0, bend_u = 0, bend_v = 0, turn = 0;
+  Eigen::Vector2d texel{0, 0}, slope{0, 0}, bend{0, 0};
+  double turn = 0;
   double half = 0;     // greatest d of a pixel's centre
   bool gentle = true;  // no pole near, and all of it numbers
 };
-/// Of `count` pixels, the first one's centre at `first`. Written in place, as paths are.
-void set_middle(const RowPath& path, double first, int count, RowMiddle& middle);
+/// Of `count` pixels, the first one's centre at `first`.
+RowMiddle middle_of(const TexelPath& path, double first, int count);
 
 /// Points a pixel apart in a patch, the first of them `first` from the first pixel's centre, the last within half a
 /// pixel of the last one's. Empty where single precision would not do.

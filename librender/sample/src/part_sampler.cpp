@@ -197,23 +197,24 @@ void PartSampler<T, Value>::start(const PixelRow& row) {
 }
 
 template <class T, class Value>
-void PartSampler<T, Value>::take_up(const PixelRow& row, const Eigen::Vector2d& offset) {
-  offset_ = offset;
+void PartSampler<T, Value>::take_up(const PixelRow& row, double offset_x, double offset_y) {
+  offset_x_ = offset_x;
+  offset_y_ = offset_y;
   projected_ = false;
-  const double y = row.y + offset.y();
+  const double y = row.y + offset_y;
   if (!geometry_.has_paths() || y == path_y_) return;
   path_y_ = y;
-  geometry_.set_path(y, path_);
-  set_middle(path_, row.x + 0.5, row.count, middle_);
+  path_ = geometry_.path(y);
+  middle_ = middle_of(path_, row.x + 0.5, row.count);
 }
 
 template <class T, class Value>
 void PartSampler<T, Value>::project(const PixelRow& row) {
   if (projected_) return;
   if (geometry_.has_paths())
-    kernels_.project(path_, row.x + offset_.x(), row.count, scratch_.u, scratch_.v);
+    kernels_.project(path_.numbers(), row.x + offset_x_, row.count, scratch_.u, scratch_.v);
   else
-    geometry_.given_row(row.x, row.y, row.count, offset_, scratch_.u, scratch_.v);
+    geometry_.given_row(row.x, row.y, row.count, {offset_x_, offset_y_}, scratch_.u, scratch_.v);
   projected_ = true;
 }
 
@@ -223,7 +224,7 @@ void PartSampler<T, Value>::place(const PixelRow& row, const LevelSegment& segme
   const int count = segment.end - segment.first;
   const PatchFrame& frame = scratch_.frames[static_cast<std::size_t>(level)];
   if (geometry_.has_paths() && !nearest)
-    if (const auto in_patch = patch_row(middle_, segment.first + offset_.x() - 0.5, frame))
+    if (const auto in_patch = patch_row(middle_, segment.first + offset_x_ - 0.5, frame))
       return (fixed ? kernels_.place_row_fixed : kernels_.place_row)(*in_patch, frame, count, places);
   project(row);
   (fixed && !nearest ? kernels_.place_fixed : kernels_.place)(scratch_.u + segment.first, scratch_.v + segment.first,
@@ -232,7 +233,7 @@ void PartSampler<T, Value>::place(const PixelRow& row, const LevelSegment& segme
 
 template <class T, class Value>
 void PartSampler<T, Value>::add_sample(const PixelRow& row, int i, int j) {
-  take_up(row, span_of(i, j).first);
+  take_up(row, (i + 0.5) / block_.samples_x, (j + 0.5) / block_.samples_y);
   if (one_sample_) note_on_map(row);  // the sample is the centre
   for (const LevelSegment& segment : row_levels_.segments) {
     place(row, segment, segment.level, scratch_.places.fine);
@@ -259,7 +260,7 @@ void PartSampler<T, Value>::note_on_map(const PixelRow& row) {
 template <class T, class Value>
 void PartSampler<T, Value>::finish(const PixelRow& row) {
   if (!one_sample_) {
-    take_up(row, {0.5, 0.5});
+    take_up(row, 0.5, 0.5);
     note_on_map(row);
   }
   for (auto& picture : pictures_) picture.finish(row, on_map_);
@@ -267,7 +268,7 @@ void PartSampler<T, Value>::finish(const PixelRow& row) {
 
 template <class T, class Value>
 void PartSampler<T, Value>::take_nearest(const PixelRow& row) {
-  take_up(row, {0.5, 0.5});
+  take_up(row, 0.5, 0.5);
   note_on_map(row);
   for (auto& picture : pictures_) picture.begin_nearest(row, on_map_);
   for (const LevelSegment& segment : row_levels_.segments) {

@@ -56,7 +56,7 @@ class PartSampler {
 
   void start(const PixelRow& row);
   /// Samples so far from their pixels' corners are in hand.
-  void take_up(const PixelRow& row, const Eigen::Vector2d& offset);
+  void take_up(const PixelRow& row, double offset_x, double offset_y);
   void add_sample(const PixelRow& row, int i, int j);
   void place(const PixelRow& row, const LevelSegment& segment, int level, Places& places);
   /// Texels of the row's samples, unless they are there.
@@ -78,12 +78,12 @@ class PartSampler {
 
   // Of the row in hand
   RowLevels<Value> row_levels_;
-  Eigen::Vector2d offset_ = Eigen::Vector2d::Zero();  // of the samples in hand, from their pixels' corners
-  double path_y_ = 0;                                 // of the path in hand; NaN without one
-  RowPath path_;                                      // of them, where the block has paths
-  RowMiddle middle_;                                  // likewise
-  bool projected_ = false;                            // to scratch_.u and v
-  std::uint8_t on_map_[row_px] = {};                  // whether pixels' centres are
+  double offset_x_ = 0, offset_y_ = 0;  // of the samples in hand, from their pixels' corners
+  double path_y_ = 0;                   // of the path in hand; NaN without one
+  TexelPath path_;                      // of them, where the block has paths
+  RowMiddle middle_;                    // likewise
+  bool projected_ = false;              // to scratch_.u and v
+  std::uint8_t on_map_[row_px] = {};    // whether pixels' centres are
 };
 
 }  // namespace nadir::render
