@@ -132,8 +132,14 @@ void BlockPicture<T, Value>::add_sample(const PixelRow& row) {
 template <class T, class Value>
 void BlockPicture<T, Value>::finish(const PixelRow& row, const std::uint8_t* on_map) {
   if (first_sample_) return clear({row.x, row.y, row.count, 1});  // none could be taken
-  std::copy_n(on_map, row.count, valid_);
-  if (masked_ || !block_.inside) normalise(row);
+  const bool all_valid = block_.inside && !masked_;
+  if (!all_valid) {
+    std::copy_n(on_map, row.count, valid_);
+    normalise(row);
+  } else if (!all_valid_) {
+    std::fill_n(valid_, row_px, std::uint8_t{1});
+  }
+  all_valid_ = all_valid;
   write(row);
   write_validity(row);
 }
@@ -234,6 +240,7 @@ void BlockPicture<T, Value>::write_decibel(const PixelRow& row) {
 template <class T, class Value>
 void BlockPicture<T, Value>::begin_nearest(const PixelRow& row, const std::uint8_t* on_map) {
   std::copy_n(on_map, row.count, valid_);
+  all_valid_ = false;
 }
 
 template <class T, class Value>

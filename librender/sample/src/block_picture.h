@@ -106,6 +106,7 @@ class BlockPicture {
   bool masked_ = false;  // some texel of the part is
   bool first_sample_ = true;
   std::uint8_t valid_[row_px] = {};
+  bool all_valid_ = false;  // is written there
 };
 
 extern template class BlockPicture<std::uint8_t, std::int16_t>;

@@ -23,6 +23,7 @@ PartSampler<T, Value>::PartSampler(const Kernels& kernels, const BlockSampling& 
   if (scratch.pictures.size() < targets.size()) scratch.pictures.resize(targets.size());
   for (std::size_t i = 0; i < targets.size(); ++i)
     pictures_.emplace_back(kernels, block, layout_, decibel, targets[i], stride_px, scratch.pictures[i]);
+  std::fill_n(on_map_, row_px, std::uint8_t{1});
 }
 
 // ---- parts and their texels
@@ -245,10 +246,7 @@ void PartSampler<T, Value>::add_sample(const PixelRow& row, int i, int j) {
 
 template <class T, class Value>
 void PartSampler<T, Value>::note_on_map(const PixelRow& row) {
-  if (block_.inside) {
-    std::fill_n(on_map_, row.count, std::uint8_t{1});
-    return;
-  }
+  if (block_.inside) return;
   project(row);
   const Eigen::Vector2d at = geometry_.origin();
   for (int i = 0; i < row.count; ++i) {
