@@ -18,6 +18,8 @@ Loads at(const FixedWing& vehicle, double alpha_rad, const Vector3d& rates = Vec
   AirData air;
   air.airspeed_mps = airspeed;
   air.alpha_rad = alpha_rad;
+  air.sin_alpha = std::sin(alpha_rad);
+  air.cos_alpha = std::cos(alpha_rad);
   return aerodynamics(vehicle, air, rates, {}, density);
 }
 

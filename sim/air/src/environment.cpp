@@ -20,13 +20,14 @@ constexpr double j6 = 6.08346498e-9;
 /// Source: Heiskanen and Moritz, Physical Geodesy, 1967, section 2-9, differentiated: the harmonic of degree n pulls
 /// with J_n (a/r)^n GM/r^2 times P'_(n+1)(s) outwards and -P'_n(s) along the axis, where s is the sine of latitude.
 Vector3d normal_gravity(const Vector3d& p) {
-  const double r2 = p.squaredNorm(), r = std::sqrt(r2);
-  const double s = p.z() / r, s2 = s * s;
-  const double ratio2 = a_m * a_m / r2, c2 = j2 * ratio2, c4 = j4 * ratio2 * ratio2, c6 = j6 * ratio2 * ratio2 * ratio2;
+  const double over_r = 1 / p.norm(), over_r2 = over_r * over_r;
+  const double s = p.z() * over_r, s2 = s * s;
+  const double ratio2 = a_m * a_m * over_r2, c2 = j2 * ratio2, c4 = j4 * ratio2 * ratio2,
+               c6 = j6 * ratio2 * ratio2 * ratio2;
   const double outwards = -1 + c2 * (15 * s2 - 3) / 2 + c4 * ((315 * s2 - 210) * s2 + 15) / 8 +
                           c6 * (((3003 * s2 - 3465) * s2 + 945) * s2 - 35) / 16;
   const double along_axis = -s * (c2 * 3 + c4 * (35 * s2 - 15) / 2 + c6 * ((693 * s2 - 630) * s2 + 105) / 8);
-  Vector3d g = (gm_m3ps2 / r2) * (outwards / r * p + along_axis * Vector3d::UnitZ());
+  Vector3d g = (gm_m3ps2 * over_r2) * (outwards * over_r * p + along_axis * Vector3d::UnitZ());
   g.head<2>() += earth_rate_radps * earth_rate_radps * p.head<2>();
   return g;
 }

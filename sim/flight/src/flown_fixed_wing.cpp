@@ -241,8 +241,13 @@ class FlownFixedWing final : public FlownVehicle {
                       const AirOverTime& air, ContactWork* ground_work) const {
     if (from_ns == to_ns) return Moved{from, {}};
     const double from_s = seconds_from_ns(from_ns), to_s = seconds_from_ns(to_ns);
-    const auto surfaces_at = [&](double time_s) {
-      return surfaces_after(flight_.vehicle, from.wing.surfaces, controls_.surfaces, time_s - from_s);
+    double surfaces_s = from_s;  // the stages of steps come in pairs of one time
+    Surfaces surfaces = from.wing.surfaces;
+    const auto surfaces_at = [&](double time_s) -> const Surfaces& {
+      if (time_s != surfaces_s)
+        surfaces = surfaces_after(flight_.vehicle, from.wing.surfaces, controls_.surfaces, time_s - from_s);
+      surfaces_s = time_s;
+      return surfaces;
     };
     const auto motion = [&](double time_s, const BodyVector& x, const Loads& of_ground, double height_m) {
       return derivative(flight_.vehicle, flight_.environment, x, surfaces_at(time_s), controls_.throttle,

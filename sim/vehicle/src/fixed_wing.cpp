@@ -97,7 +97,8 @@ double roll_damping(const FixedWing& vehicle, double alpha, double sin_alpha, do
   constexpr double middle = 0.5;  // of half the span
   const double across = middle * bp_mps, along = 2 * airspeed_mps, length = std::sqrt(across * across + along * along);
   if (length == 0) return 0;
-  const double more = std::atan2(across, along), sin_more = across / length, cos_more = along / length;
+  const double more = along > 0 ? std::atan(across / along) : std::atan2(across, along), sin_more = across / length,
+               cos_more = along / length;
   const double factor = std::exp(vehicle.stall_sharpness * more);
   const double high = lift_over_stall(vehicle, alpha + more, sin_alpha * cos_more + cos_alpha * sin_more,
                                       cos_alpha * cos_more - sin_alpha * sin_more, terms.turned(factor).stalled());
@@ -137,7 +138,7 @@ Loads aerodynamics(const FixedWing& vehicle, const AirData& air, const Vector3d&
                          c.aileron * surfaces.aileron_rad + c.rudder * surfaces.rudder_rad) +
            damping_ns * (c.p * bp + c.q * cq + c.r * br);
   };
-  const double sin_alpha = std::sin(air.alpha_rad), cos_alpha = std::cos(air.alpha_rad);
+  const double sin_alpha = air.sin_alpha, cos_alpha = air.cos_alpha;
   const BlendTerms terms = blend_terms(vehicle, air.alpha_rad);
   const AtAlpha c = at_alpha(vehicle, air.alpha_rad, sin_alpha, cos_alpha, terms.stalled(), height_m);
   const double lift_n = newtons(vehicle.lift, c.lift), drag_n = newtons(vehicle.drag, c.drag);

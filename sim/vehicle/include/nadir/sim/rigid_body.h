@@ -67,7 +67,8 @@ struct AirData {
   Eigen::Vector3d velocity_body_mps = Eigen::Vector3d::Zero();  // of the body against the air
   double airspeed_mps = 0;
   double alpha_rad = 0;  // angle of attack, (-pi, pi]
-  double beta_rad = 0;   // side-slip, positive with the air from the right
+  double sin_alpha = 0, cos_alpha = 1;
+  double beta_rad = 0;  // side-slip, positive with the air from the right
 };
 AirData air_data_from(const Eigen::Vector3d& velocity_body_mps);
 
