@@ -145,7 +145,8 @@ class Doctor {
                                             duration_s / work_s_));
     constexpr std::uint64_t programs_bytes = 180ull
                                              << 20;  // libraries, OpenImageIO among them, and three frames in flight
-    const std::uint64_t need = cache_bytes + programs_bytes + 4 * frame_bytes_;
+    const std::uint64_t kept = render::RendererOptions{}.spare_frame_bytes;  // of frames that are gone
+    const std::uint64_t need = cache_bytes + programs_bytes + 4 * frame_bytes_ + kept;
     const auto machine =
         static_cast<std::uint64_t>(::sysconf(_SC_PHYS_PAGES)) * static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE));
     note(need < machine ? Finding::Kind::Good : Finding::Kind::Warning,

@@ -69,6 +69,7 @@ void print_json(const Summary& summary, const render::Renderer& renderer, const 
       {"cells_loaded", cache.loads},
       {"cells_evicted", cache.evictions},
       {"cache_peak_bytes", cache.peak_bytes},
+      {"frame_memory_peak_bytes", renderer.frame_memory_counters().peak_bytes},
       {"folder", folder.empty() ? nlohmann::ordered_json(nullptr) : nlohmann::ordered_json(folder)}};
   if (summary.explanation) json["explain"] = to_json(*summary.explanation);
   if (!summary.time_budget.empty()) {

@@ -2,13 +2,15 @@
 
 #include <fmt/format.h>
 
+#include "nadir/base/time.h"
+
 namespace nadir::sim {
 
 Result<void> Flight::decide() {
   if (const FlightEvent* event = ended()) return fail(Error::Kind::Unsupported, in_words(*event));
   const BodyState& body = vehicle_->body();
   if (auto ok = air_.advance(environment_, {body.position, body.velocity}); !ok) return ok;
-  return vehicle_->decide(time_ns_, air_.air().at(static_cast<double>(time_ns_) * 1e-9));
+  return vehicle_->decide(time_ns_, air_.air().at(seconds_from_ns(time_ns_)));
 }
 
 Result<void> Flight::move() {
@@ -23,7 +25,7 @@ Result<void> Flight::move() {
   }
   const std::string why = moved ? beyond_sense(vehicle_->body()) : moved.error().message;
   if (!why.empty()) {
-    const AirMotion air = air_.air().at(static_cast<double>(time_ns_) * 1e-9);
+    const AirMotion air = air_.air().at(seconds_from_ns(time_ns_));
     events_.push_back(
         {FlightEvent::diverged, time_ns_,
          fmt::format("{}, {} ms after it was {}", why, period_ns / 1'000'000, in_words(before, environment_, air)),
