@@ -115,7 +115,7 @@ Motion<4> landing_gear() {
 Motion<13> aerosonde_in(Flight flight) {
   using namespace sim;
   const auto place = geodesy::Geodetic::degrees(38.1, -0.76, 3000);
-  const FixedWing vehicle = vehicle_model("aerosonde").value();
+  const FixedWing vehicle = fixed_wing_model("aerosonde").value();
   const Environment air = Environment::wgs84();
   const auto steady = trim(vehicle, {.airspeed_mps = 25}, air, place);
   const Trim cruise = steady.value();
@@ -214,10 +214,10 @@ Motion<n> hover_of(const char* name, const sim::Multirotor& vehicle) {
 
 }  // namespace
 
-Motion<13> hover() { return hover_of<13>("hover, 5 s", sim::rosflight_multirotor()); }
+Motion<13> hover() { return hover_of<13>("hover, 5 s", sim::multirotor_model("multirotor").value()); }
 
 Motion<21> hover_with_windings() {
-  sim::Multirotor vehicle = sim::rosflight_multirotor();
+  sim::Multirotor vehicle = sim::multirotor_model("multirotor").value();
   for (sim::Rotor& rotor : vehicle.rotors) {
     auto& drive = std::get<sim::ElectricDrive>(rotor.drive);
     drive.dynamics = {.rotor_inertia_kgm2 = 2e-4, .inductance_h = 2e-4 * drive.propulsion.resistance_ohm};

@@ -13,7 +13,7 @@ const Eigen::Vector3d wind_ned_mps(3, -6, 0);
 constexpr double airspeed_mps = 25;
 
 std::unique_ptr<FlownVehicle> vehicle(const Scheme& scheme, const Eigen::Vector3d& carried_ned_mps, Mission mission) {
-  return fly_fixed_wing({.vehicle = vehicle_model("aerosonde").value(),
+  return fly_fixed_wing({.vehicle = fixed_wing_model("aerosonde").value(),
                          .environment = Environment::wgs84(),
                          .scene = geodesy::LocalFrame(place),
                          .start = place,
@@ -37,7 +37,7 @@ AirAlongPath air_of_the_square(bool turbulent) {
   parts.sources.push_back(std::make_unique<SteadyWind>(wind_ned_mps, Shear{}));
   if (turbulent)
     parts.turbulence = Turbulence(wind_at_20ft_mps(TurbulenceIntensity::Light),
-                                  vehicle_model("aerosonde").value().span_m, RandomStream(5, "turbulence/plane"));
+                                  fixed_wing_model("aerosonde").value().span_m, RandomStream(5, "turbulence/plane"));
   return start(std::move(parts));
 }
 

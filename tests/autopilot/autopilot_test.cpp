@@ -5,6 +5,7 @@
 #include <cstring>
 
 #include "autopilot/closed_loop.h"
+#include "vehicle/models.h"
 
 namespace nadir::sim {
 namespace {
@@ -163,8 +164,8 @@ TEST(ClosedLoopMission, TheGainsHoldFromTwentyToThirtyMetresASecond) {
 }
 
 TEST(ClosedLoopMission, EveryModelFliesTheSquareInWindWithGainsFromItsOwnDerivatives) {
-  for (const std::string_view name : vehicle_models()) {
-    const FixedWing vehicle = vehicle_model(name).value();
+  for (const std::string_view name : fixed_wing_models()) {
+    const FixedWing vehicle = fixed_wing_model(name).value();
     const double across_m = name == "junker" ? 3.9 : 1.1;  // whose ailerons turn it at 6 rad/s at most
     for (const Control control : {Control::SuccessiveLoops, Control::TotalEnergy}) {
       const MissionErrors worst = around_the_square(

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "autopilot/closed_loop.h"
+#include "vehicle/models.h"
 
 namespace nadir::sim {
 namespace {
@@ -37,10 +38,10 @@ TEST(DesignedGains, AreThoseWorkedOutByHandForTheAerosonde) {
 }
 
 TEST(ClosedLoopModes, OfEveryModelAreDampedUnderItsGainsOverItsSpeeds) {
-  for (const std::string_view name : vehicle_models())
+  for (const std::string_view name : fixed_wing_models())
     for (const Control control : {Control::SuccessiveLoops, Control::TotalEnergy})
       for (const double share : {0.85, 1.0, 1.2}) {
-        const FixedWing vehicle = vehicle_model(name).value();
+        const FixedWing vehicle = fixed_wing_model(name).value();
         const ClosedLoop loop(
             flat, 100, still_air, share * vehicle.cruise_mps, [&](FlightGains& g) { g.autopilot.control = control; },
             vehicle);

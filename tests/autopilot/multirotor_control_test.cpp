@@ -18,10 +18,10 @@ struct Kind {
   Multirotor vehicle;
 };
 std::vector<Kind> kinds() {
-  return {{"rosflight", rosflight_multirotor()},
+  return {{"rosflight", quadrotor()},
           {"rosflight_inertia", with_motor_inertia()},
-          {"rosflight_sil", rosflight_sil_multirotor()},
-          {"roscopter", roscopter_multirotor()}};
+          {"rosflight_sil", pulsed_quadrotor()},
+          {"roscopter", lumped_multirotor()}};
 }
 
 /// How a quantity answers a step: when it has come 90 % of the way, and how far it goes beyond.
@@ -171,7 +171,7 @@ TEST(MultirotorControl, ARequestBeyondAllLimitsSaturatesAndIsForgotten) {
 }
 
 TEST(MultirotorControl, GainsThatCannotBeAreRefused) {
-  const Multirotor vehicle = rosflight_sil_multirotor();
+  const Multirotor vehicle = pulsed_quadrotor();
   const Mixer mixer = Mixer::create(vehicle, 1.225).value();
   MultirotorGains gains = multirotor_gains(vehicle, 0.01, 1.225, 9.81).value();
   EXPECT_TRUE(check(gains, mixer, 0.01, 9.81));
@@ -184,7 +184,7 @@ TEST(MultirotorControl, GainsThatCannotBeAreRefused) {
   gains.rate_per_s = -1;
   EXPECT_FALSE(check(gains, mixer, 0.01, 9.81));
 
-  Multirotor heavy = rosflight_multirotor();
+  Multirotor heavy = quadrotor();
   heavy.mass = MassProperties::create(14, {.jxx_kgm2 = 1, .jyy_kgm2 = 1, .jzz_kgm2 = 1}).value();
   const auto none = multirotor_gains(heavy, 0.01, 1.225, 9.81);
   ASSERT_FALSE(none);

@@ -5,6 +5,7 @@
 
 #include "nadir/sim/multirotor_control.h"
 #include "nadir/sim/multirotor_trim.h"
+#include "vehicle/models.h"
 
 namespace nadir::sim {
 
@@ -79,7 +80,7 @@ class MultirotorLoop {
 
 /// The published one with motors that take their time.
 inline Multirotor with_motor_inertia() {
-  Multirotor vehicle = rosflight_multirotor();
+  Multirotor vehicle = quadrotor();
   for (Rotor& rotor : vehicle.rotors)
     std::get<ElectricDrive>(rotor.drive).dynamics = {.rotor_inertia_kgm2 = 2e-4, .inductance_h = 2e-4 * 0.042};
   return vehicle;

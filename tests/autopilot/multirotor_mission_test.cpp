@@ -52,8 +52,8 @@ TEST(MultirotorMission, FollowsItsWaypointsInStillAirAndInWind) {
     double still_m, wind_m;
   };
   for (const Row& row :
-       {Row{"rosflight", rosflight_multirotor(), 0.4, 0.8}, Row{"rosflight_inertia", with_motor_inertia(), 0.7, 1.2},
-        Row{"rosflight_sil", rosflight_sil_multirotor(), 2, 2}, Row{"roscopter", roscopter_multirotor(), 2, 2}}) {
+       {Row{"rosflight", quadrotor(), 0.4, 0.8}, Row{"rosflight_inertia", with_motor_inertia(), 0.7, 1.2},
+        Row{"rosflight_sil", pulsed_quadrotor(), 2, 2}, Row{"roscopter", lumped_multirotor(), 2, 2}}) {
     SCOPED_TRACE(row.name);
     const Errors still = fly(example(), row.vehicle, Vector3d::Zero(), 60);
     const Errors wind = fly(example(), row.vehicle, {-8, 0, 0}, 60);
@@ -70,8 +70,8 @@ TEST(MultirotorMission, YawDoesNotChangeTheWay) {
   MultirotorMission straight = example(), turning = example();
   for (PositionWaypoint& w : straight.waypoints) w.yaw_rad.reset();
   turning.face_along = true;
-  const Errors a = fly(straight, rosflight_multirotor(), {-8, 0, 0}, 60);
-  const Errors b = fly(turning, rosflight_multirotor(), {-8, 0, 0}, 60);
+  const Errors a = fly(straight, quadrotor(), {-8, 0, 0}, 60);
+  const Errors b = fly(turning, quadrotor(), {-8, 0, 0}, 60);
   EXPECT_NEAR(a.position_m, b.position_m, 0.3);
 }
 

@@ -36,7 +36,7 @@ class Circuit {
  public:
   explicit Circuit(const Vector3d& wind_ned, bool launched = false)
       : wind_(wind_ned),
-        ground_(ground_for(vehicle_, aerosonde_gear(), std::make_shared<PlaneGround>(scene_, 0), environment_)),
+        ground_(ground_for(vehicle_, std::make_shared<PlaneGround>(scene_, 0), environment_)),
         cruise_(feed(25), gains(25)),
         takeoff_({.runway = {.height_m = standing_m}, .launched = launched}, gains(25)),
         landing_plan_{.runway = {.from = {100, 0}, .height_m = standing_m}},

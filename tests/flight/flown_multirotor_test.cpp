@@ -8,6 +8,7 @@
 
 #include "nadir/sim/flight.h"
 #include "nadir/sim/plan_motion.h"
+#include "vehicle/models.h"
 
 namespace nadir::sim {
 namespace {
@@ -23,7 +24,7 @@ constexpr std::int64_t second_ns = 1'000'000'000;
 double above_ground_m(const geodesy::Point<geodesy::frame::Ecef>& p) { return (scene.enu_from_ecef() * p).xyz.z(); }
 
 struct Options {
-  Multirotor vehicle = rosflight_multirotor();
+  Multirotor vehicle = quadrotor();
   MultirotorMission mission;
   Vector3d wind_ned_mps = Vector3d(2, -3, 0);
   double turbulence_mps = 0, charge_share = 1;
@@ -64,7 +65,7 @@ MultirotorMission hop() {
 }
 
 TEST(FlownMultirotor, TakesOffFliesAndTouchesDownAsSlowlyAsAsked) {
-  for (const Multirotor& vehicle : {rosflight_multirotor(), rosflight_sil_multirotor(), roscopter_multirotor()}) {
+  for (const Multirotor& vehicle : {quadrotor(), pulsed_quadrotor(), lumped_multirotor()}) {
     Options options{.vehicle = vehicle, .mission = hop()};
     options.mission.landing_mps = 0.4;
     Flight flight = flight_of(options).value();

@@ -51,7 +51,6 @@ Result<Flight> make(const Scenario& scenario, const Scheme& scheme = {.method = 
                       .mission = Mission::create({0, 0, std::max(scenario.height_m, 20.0)}, waypoints, 100).value(),
                       .fly_unstable = scenario.fly_unstable,
                       .ground = FixedWingGroundSetup{.ground = std::make_shared<PlaneGround>(scene, 0),
-                                                     .gear = aerosonde_gear(),
                                                      .standing = standing,
                                                      .takeoff = scenario.takeoff,
                                                      .landing = scenario.landing,

@@ -162,7 +162,7 @@ TEST_F(RunFileText, AModelIsANameOrParameters) {
   EXPECT_NE(message(with("model: anacondo")).find("did you mean 'anaconda'?"), std::string::npos);
 
   const VehicleSetup changed = vehicle("model: {base: anaconda, mass_kg: 5, cruise_mps: 17}");
-  EXPECT_EQ(changed.parameters->mass.mass_kg(), 5);
+  EXPECT_EQ(changed.fixed_wing().mass.mass_kg(), 5);
   EXPECT_EQ(changed.airspeed_mps, 17);
   const std::string wrong = message(with("model: {base: anaconda, mass_kg: -5, wing: {span: 2}}"));
   EXPECT_NE(wrong.find("run.yaml:7: 'vehicles.p.model.mass_kg': expected a number above 0"), std::string::npos)

@@ -6,7 +6,7 @@ namespace nadir::sim {
 
 /// The model that most tests fly.
 inline const FixedWing& aerosonde() {
-  static const FixedWing vehicle = vehicle_model("aerosonde").value();
+  static const FixedWing vehicle = fixed_wing_model("aerosonde").value();
   return vehicle;
 }
 

@@ -17,7 +17,7 @@ const Geodetic origin = Geodetic::degrees(38.1, -0.76, 0);
 /// An Aerosonde on or over the ground.
 struct Parked {
   explicit Parked(const Environment& of, std::shared_ptr<const Ground> on)
-      : environment(of), ground(ground_for(vehicle, aerosonde_gear(), std::move(on), environment)) {
+      : environment(of), ground(ground_for(vehicle, std::move(on), environment)) {
     state = standing_state(environment, ground.gear(), ground.ground(), origin, 0.3);
   }
   static Parked flat() {

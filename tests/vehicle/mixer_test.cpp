@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 #include <random>
+#include "vehicle/models.h"
 
 namespace nadir::sim {
 namespace {
@@ -30,7 +31,7 @@ RotorDemand done_by(const Multirotor& vehicle, const RotorValues& thrust_n) {
 
 /// `count` rotors around a circle.
 Multirotor ring(int count) {
-  Multirotor vehicle = rosflight_multirotor();
+  Multirotor vehicle = quadrotor();
   const Rotor like = vehicle.rotors[0];
   vehicle.rotors.clear();
   for (int i = 0; i < count; ++i) {
@@ -56,7 +57,7 @@ TEST(Mixer, GivesWhatIsAskedWhereItFits) {
 }
 
 TEST(Mixer, SignsOfAQuadInX) {
-  const Mixer mixer = mixer_of(rosflight_multirotor());
+  const Mixer mixer = mixer_of(quadrotor());
   const auto change = [&](const Vector3d& moment) {
     return RotorValues(mixer.mix({34, moment}).thrust_n - mixer.mix({34, Vector3d::Zero()}).thrust_n);
   };
@@ -70,7 +71,7 @@ TEST(Mixer, SignsOfAQuadInX) {
 /// Whatever is asked: rotors within their limits; roll and pitch in the direction asked for, and whole wherever any
 /// thrust allows that; yaw of the sign asked for and never more.
 TEST(Mixer, AttitudeComesBeforeThrustAndThrustBeforeYaw) {
-  const Multirotor vehicle = rosflight_multirotor();
+  const Multirotor vehicle = quadrotor();
   const Mixer mixer = mixer_of(vehicle);
   const double most = 35.94, arm = 0.25 / std::sqrt(2.0);
   std::mt19937 random(1);
@@ -99,7 +100,7 @@ TEST(Mixer, AttitudeComesBeforeThrustAndThrustBeforeYaw) {
 }
 
 TEST(Mixer, ControlsAreThoseOfTheThrusts) {
-  for (const Multirotor& vehicle : {rosflight_multirotor(), rosflight_sil_multirotor()}) {
+  for (const Multirotor& vehicle : {quadrotor(), pulsed_quadrotor()}) {
     const Mixer mixer = mixer_of(vehicle);
     const auto mix = mixer.mix({20, {0.2, -0.1, 0.01}});
     const MultirotorControls controls = mixer.controls_for(mix.thrust_n, {}, 0, 0);
@@ -111,7 +112,7 @@ TEST(Mixer, ControlsAreThoseOfTheThrusts) {
 }
 
 TEST(Mixer, ALeadBringsALaggingThrustThereInTime) {
-  const Multirotor vehicle = rosflight_sil_multirotor();
+  const Multirotor vehicle = pulsed_quadrotor();
   const Mixer mixer = mixer_of(vehicle);
   MultirotorState state;
   state.followed = RotorValues::Constant(4, 4.9);

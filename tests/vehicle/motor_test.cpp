@@ -4,6 +4,7 @@
 
 #include "nadir/sim/integrator.h"
 #include "nadir/sim/multirotor.h"
+#include "vehicle/models.h"
 
 namespace nadir::sim {
 namespace {
@@ -12,7 +13,7 @@ using Vector2 = Eigen::Vector2d;
 constexpr double density = 1.225;
 
 ElectricDrive motor(double inertia_kgm2, double inductance_h) {
-  ElectricDrive drive = std::get<ElectricDrive>(rosflight_multirotor().rotors[0].drive);
+  ElectricDrive drive = std::get<ElectricDrive>(quadrotor().rotors[0].drive);
   drive.dynamics = {inertia_kgm2, inductance_h};
   return drive;
 }

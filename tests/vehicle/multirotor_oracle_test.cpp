@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "nadir/sim/multirotor_trim.h"
+#include "vehicle/models.h"
 
 namespace nadir::sim {
 namespace {
@@ -10,7 +11,7 @@ namespace {
 constexpr double density = 1.225, gravity = 9.81;
 
 TEST(MultirotorOracle, HoverOfThePublishedMotorsAndPropellers) {
-  const auto t = trim(rosflight_multirotor(), {}, density, gravity, 0);
+  const auto t = trim(quadrotor(), {}, density, gravity, 0);
   ASSERT_TRUE(t) << t.error().message;
   EXPECT_LT(t->residual, 1e-9);
   for (int i = 0; i < 4; ++i) {
@@ -22,7 +23,7 @@ TEST(MultirotorOracle, HoverOfThePublishedMotorsAndPropellers) {
 }
 
 TEST(MultirotorOracle, FullThrottleAtRest) {
-  const RotorOutput full = settled_output(rosflight_multirotor().rotors[0], 1, 0, density);
+  const RotorOutput full = settled_output(quadrotor().rotors[0], 1, 0, density);
   EXPECT_NEAR(full.omega_radps, 793.5, 0.5e-1);
   EXPECT_NEAR(full.thrust_n, 35.94, 0.5e-2);
   EXPECT_NEAR(full.torque_nm, 0.672, 0.5e-3);
@@ -31,8 +32,9 @@ TEST(MultirotorOracle, FullThrottleAtRest) {
 TEST(MultirotorOracle, ThePublishedGroundEffect) {
   const geodesy::Geodetic origin = geodesy::Geodetic::degrees(38.1, -0.76, 0);
   const Environment flat = Environment::flat(origin, gravity, density);
-  Multirotor vehicle = rosflight_multirotor();
-  vehicle.ground_effect = published_ground_effect();
+  Multirotor vehicle = quadrotor();
+  vehicle.ground_effect = {.law = GroundEffect::Law::Polynomial,
+                           .force_n = {-55.3516, 181.8265, -203.9874, 85.3735, -7.6619}};
   struct Row {
     double height_m, force_n;
   };
@@ -49,7 +51,7 @@ TEST(MultirotorOracle, ThePublishedGroundEffect) {
 
 /// The other two sets carry their weight as their quadratics and limits say.
 TEST(MultirotorOracle, HoverOfTheOtherSets) {
-  const auto sil = trim(rosflight_sil_multirotor(), {}, density, gravity, 0);
+  const auto sil = trim(pulsed_quadrotor(), {}, density, gravity, 0);
   ASSERT_TRUE(sil) << sil.error().message;
   for (int i = 0; i < 4; ++i) {
     const double pulse_us = 1000 + 1000 * sil->controls.actuators[i];
@@ -58,7 +60,7 @@ TEST(MultirotorOracle, HoverOfTheOtherSets) {
   }
   EXPECT_NEAR(sil->output.thrust_n.sum() * 0.99939157, 2.0 * gravity, 0.05) << "axes lean by 2 degrees";
 
-  const auto simple = trim(roscopter_multirotor(), {}, density, gravity, 0);
+  const auto simple = trim(lumped_multirotor(), {}, density, gravity, 0);
   ASSERT_TRUE(simple) << simple.error().message;
   EXPECT_NEAR(simple->controls.actuators[0], 3.69 * gravity / 59.844, 1e-9);
 }

@@ -8,6 +8,7 @@
 #include "nadir/sim/integrator.h"
 #include "nadir/sim/multirotor_motion.h"
 #include "nadir/sim/multirotor_trim.h"
+#include "vehicle/models.h"
 
 namespace nadir::sim {
 namespace {
@@ -31,19 +32,18 @@ MultirotorState level(const Multirotor& vehicle, const MultirotorControls& contr
 MultirotorControls all(double throttle) { return {RotorValues::Constant(4, throttle)}; }
 
 Multirotor with_motors(double inertia_kgm2, double inductance_h) {
-  Multirotor vehicle = rosflight_multirotor();
+  Multirotor vehicle = quadrotor();
   for (Rotor& rotor : vehicle.rotors) std::get<ElectricDrive>(rotor.drive).dynamics = {inertia_kgm2, inductance_h};
   return vehicle;
 }
 
 TEST(Multirotor, TheSetsHaveNoFaults) {
-  for (const Multirotor& vehicle :
-       {rosflight_multirotor(), rosflight_sil_multirotor(), roscopter_multirotor(), with_motors(2e-4, 8e-6)})
-    EXPECT_TRUE(faults_of(vehicle).empty()) << faults_of(vehicle).front();
+  for (const Multirotor& vehicle : {quadrotor(), pulsed_quadrotor(), lumped_multirotor(), with_motors(2e-4, 8e-6)})
+    EXPECT_TRUE(faults_of(vehicle).empty()) << to_string(faults_of(vehicle));
 }
 
 TEST(Multirotor, DragIsThatOfTheBodyAndOfTheRotors) {
-  const Multirotor vehicle = rosflight_multirotor();
+  const Multirotor vehicle = quadrotor();
   const MultirotorControls controls = all(0.48);
   MultirotorState state = level(vehicle, controls);
   const Vector3d at_rest = output(vehicle, flat, state, controls, AirMotion{}).loads.force_body_n;
@@ -56,7 +56,7 @@ TEST(Multirotor, DragIsThatOfTheBodyAndOfTheRotors) {
 
 TEST(Multirotor, WindActsInItsOwnFrame) {
   // Nose to the east, wind towards the north: the air comes from the right, and pushes to the left.
-  const Multirotor vehicle = rosflight_multirotor();
+  const Multirotor vehicle = quadrotor();
   const MultirotorControls controls = all(0.48);
   MultirotorState state = level(vehicle, controls);
   state.ecef_from_body.quaternion = state.ecef_from_body.quaternion * geodesy::quaternion_from({pi / 2, 0, 0});
@@ -66,7 +66,7 @@ TEST(Multirotor, WindActsInItsOwnFrame) {
 }
 
 TEST(Multirotor, RotorsGiveLessInAClimbAndNoMoreInADescent) {
-  const Multirotor vehicle = rosflight_multirotor();
+  const Multirotor vehicle = quadrotor();
   const MultirotorControls controls = all(0.48);
   const MultirotorState state = level(vehicle, controls);
   const auto thrust = [&](double climb_mps) {
@@ -77,7 +77,7 @@ TEST(Multirotor, RotorsGiveLessInAClimbAndNoMoreInADescent) {
 }
 
 TEST(Multirotor, GroundEffectIsCheesemanAndBennettsPerRotor) {
-  const Multirotor vehicle = rosflight_multirotor();
+  const Multirotor vehicle = quadrotor();
   const MultirotorControls controls = all(0.4);
   MultirotorState state = level(vehicle, controls);
   const double radius = 0.381 / 2;
@@ -100,7 +100,7 @@ TEST(Multirotor, GroundEffectIsCheesemanAndBennettsPerRotor) {
 
 TEST(Multirotor, YawFollowsFromRotorsThatTurnAgainstTheClock) {
   // Front right and rear left turn against the clock seen from above: with more of them the nose goes right.
-  const Multirotor vehicle = rosflight_multirotor();
+  const Multirotor vehicle = quadrotor();
   MultirotorControls controls = all(0.45);
   controls.actuators[0] = controls.actuators[2] = 0.5;
   const MultirotorState state = level(vehicle, controls);
@@ -138,7 +138,7 @@ TEST(Multirotor, AngularMomentumOfBodyAndRotorsIsKept) {
 }
 
 TEST(Multirotor, AFlightConvergesWithTheFourthOrder) {
-  for (const Multirotor& vehicle : {rosflight_multirotor(), rosflight_sil_multirotor(), with_motors(2e-4, 0)}) {
+  for (const Multirotor& vehicle : {quadrotor(), pulsed_quadrotor(), with_motors(2e-4, 0)}) {
     MultirotorControls controls = all(0.5);
     controls.actuators[0] = 0.52;
     const MultirotorState start = level(vehicle, all(0.5));
@@ -156,7 +156,7 @@ TEST(Multirotor, AFlightConvergesWithTheFourthOrder) {
 }
 
 TEST(Multirotor, LagsAreExactAtAnyStep) {
-  for (const Multirotor& vehicle : {rosflight_sil_multirotor(), roscopter_multirotor()}) {
+  for (const Multirotor& vehicle : {pulsed_quadrotor(), lumped_multirotor()}) {
     MultirotorState once = level(vehicle, all(0.3)), often = once;
     follow_for(vehicle, all(0.7), 0.3, once);
     for (int i = 0; i < 300; ++i) follow_for(vehicle, all(0.7), 0.001, often);
@@ -165,7 +165,7 @@ TEST(Multirotor, LagsAreExactAtAnyStep) {
 }
 
 TEST(Multirotor, ABatterySagsUnderAllMotorsAndRunsEmpty) {
-  Multirotor vehicle = rosflight_multirotor();
+  Multirotor vehicle = quadrotor();
   vehicle.battery = lithium_polymer(6, 0.05, 0.03);
   vehicle.battery->other_current_a = 0.5;
   const double full_ah = 0.05;
@@ -193,7 +193,7 @@ TEST(Multirotor, ABatterySagsUnderAllMotorsAndRunsEmpty) {
 }
 
 TEST(Multirotor, MotorsWithInertiaAndBatteryComeToTheSameHover) {
-  Multirotor at_once = rosflight_multirotor(), slow = with_motors(2e-4, 2e-4 * 0.042);
+  Multirotor at_once = quadrotor(), slow = with_motors(2e-4, 2e-4 * 0.042);
   at_once.battery = slow.battery = lithium_polymer(6, 5, 0.03);
   const MultirotorControls controls = all(0.47);
   MultirotorState state = level(slow, all(0.3), 5);
@@ -238,7 +238,7 @@ TEST(Multirotor, CurrentsIntegratedOrSettledGiveTheSameFlight) {
 }
 
 TEST(Multirotor, AFailedRotorTumblesItAndStaysFinite) {
-  for (const Multirotor& vehicle : {rosflight_multirotor(), with_motors(2e-4, 0)}) {
+  for (const Multirotor& vehicle : {quadrotor(), with_motors(2e-4, 0)}) {
     MultirotorControls controls = all(0.48);
     controls.actuators[0] = 0;
     MultirotorState state = level(vehicle, all(0.48));
@@ -260,10 +260,13 @@ TEST(Multirotor, EveryFaultIsNamed) {
   vehicle.drag.linear_nspm = -0.1;
   vehicle.battery = Battery{};
   std::string all_of_them;
-  for (const std::string& fault : faults_of(vehicle)) all_of_them += fault + "\n";
-  for (const char* part : {"rotor 1: an electrical time constant", "rotor 2: expected a thrust axis of length 1",
-                           "rotor 3: expected a rise time constant", "rotor 4: expected a greatest thrust",
-                           "rotors 4 and 1 are not driven alike", "linear drag", "battery: expected a capacity"})
+  for (const ParameterFault& fault : faults_of(vehicle)) all_of_them += fault.key + ": " + fault.message + "\n";
+  for (const char* part : {"rotors.front right: drive: inductance_h: an electrical time constant",
+                           "rotors.rear right: thrust_axis: expected a length of 1",
+                           "rotors.rear left: rise_time_constant_s: expected a time constant",
+                           "rotors.front left: drive: max_thrust_n: expected a greatest thrust",
+                           "rotors.front left: it is not driven like rotor front right",
+                           "drag: linear_nspm: ", "battery: capacity_ah: expected a capacity"})
     EXPECT_NE(all_of_them.find(part), std::string::npos) << part << "\n" << all_of_them;
   EXPECT_FALSE(faults_of(Multirotor{}).empty());
 }

@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <random>
+#include "vehicle/models.h"
 
 namespace nadir::sim {
 namespace {
@@ -16,7 +17,7 @@ const Geodetic origin = Geodetic::degrees(38.1, -0.76, 0);
 TEST(MultirotorTrim, ComesToTheSameFlightFromAnyStart) {
   std::mt19937 random(1);
   std::uniform_real_distribution<double> angle(-1.5, 1.5), share(0.1, 3);
-  for (const Multirotor& vehicle : {rosflight_multirotor(), rosflight_sil_multirotor(), roscopter_multirotor()})
+  for (const Multirotor& vehicle : {quadrotor(), pulsed_quadrotor(), lumped_multirotor()})
     for (const MultirotorTrimTarget& target :
          {MultirotorTrimTarget{}, MultirotorTrimTarget{10, 0, 0}, MultirotorTrimTarget{3, -4, 1}}) {
       const auto first = trim(vehicle, target, density, gravity, 0);
@@ -33,7 +34,7 @@ TEST(MultirotorTrim, ComesToTheSameFlightFromAnyStart) {
 }
 
 TEST(MultirotorTrim, LeansIntoTheWay) {
-  const Multirotor vehicle = rosflight_multirotor();
+  const Multirotor vehicle = quadrotor();
   const auto t = trim(vehicle, {.forward_mps = 10}, density, gravity, 0);
   ASSERT_TRUE(t) << t.error().message;
   EXPECT_LT(t->pitch_rad, -0.1);
@@ -44,7 +45,7 @@ TEST(MultirotorTrim, LeansIntoTheWay) {
 
 TEST(MultirotorTrim, AMinuteOfHandsOffHoverStaysWhereItIs) {
   const Environment flat = Environment::flat(origin, gravity, density);
-  for (const Multirotor& vehicle : {rosflight_multirotor(), rosflight_sil_multirotor(), roscopter_multirotor()}) {
+  for (const Multirotor& vehicle : {quadrotor(), pulsed_quadrotor(), lumped_multirotor()}) {
     const Vector3d wind(3, -2, 0);
     const auto t = trim(vehicle, {}, density, gravity, 0);
     ASSERT_TRUE(t);
@@ -62,12 +63,12 @@ TEST(MultirotorTrim, SaysWhyThereIsNone) {
     const auto t = trim(vehicle, target, density, gravity, charge_ah);
     return t ? "found" : t.error().message;
   };
-  Multirotor heavy = rosflight_multirotor();
+  Multirotor heavy = quadrotor();
   heavy.mass = MassProperties::create(20, {.jxx_kgm2 = 1, .jyy_kgm2 = 1, .jzz_kgm2 = 1}).value();
   EXPECT_NE(message(heavy, {}).find("needs a throttle of rotor"), std::string::npos) << message(heavy, {});
-  EXPECT_NE(message(rosflight_multirotor(), {.climb_mps = 40}).find("steady flight at"), std::string::npos);
-  EXPECT_NE(message(rosflight_multirotor(), {.forward_mps = std::nan("")}).find("finite"), std::string::npos);
-  Multirotor battery = rosflight_multirotor();
+  EXPECT_NE(message(quadrotor(), {.climb_mps = 40}).find("steady flight at"), std::string::npos);
+  EXPECT_NE(message(quadrotor(), {.forward_mps = std::nan("")}).find("finite"), std::string::npos);
+  Multirotor battery = quadrotor();
   battery.battery = lithium_polymer(6, 5, 0.02);
   EXPECT_NE(message(battery, {}, 0).find("battery is empty"), std::string::npos);
   EXPECT_EQ(message(battery, {}, 5), "found");

@@ -87,7 +87,7 @@ TEST(AerosondeOracle, ThirtyFiveMetresASecondNeedMoreThanFullThrottle) {
 
 /// The oracle has no stall: one far from where it flies.
 TEST(AnacondaOracle, LevelTrimWithoutStall) {
-  FixedWing vehicle = vehicle_model("anaconda").value();
+  FixedWing vehicle = fixed_wing_model("anaconda").value();
   vehicle.stall_alpha_rad = 1.5;
   struct Row {
     double airspeed, alpha_deg, elevator, throttle, thrust;
@@ -108,7 +108,7 @@ TEST(MyTwinDreamOracle, LevelTrimWithEitherSlipstreamAndMass) {
   };
   for (const Row& row : {Row{3.92, 30, 0.03569, 0.02165, 0.6894}, Row{3.92, 40, 0.03569, 0.02165, 0.5171},
                          Row{1.5, 30, -0.02319, 0.03413, 0.6576}}) {
-    FixedWing vehicle = vehicle_model("my_twin_dream").value();
+    FixedWing vehicle = fixed_wing_model("my_twin_dream").value();
     vehicle.mass =
         MassProperties::create(row.mass_kg, {.jxx_kgm2 = 0.213, .jyy_kgm2 = 0.171, .jzz_kgm2 = 0.350, .jxz_kgm2 = 0.04})
             .value();

@@ -8,6 +8,7 @@
 #include "nadir/sim/fixed_wing.h"
 #include "nadir/sim/trim.h"
 #include "vehicle/aerosonde.h"
+#include "vehicle/models.h"
 
 namespace nadir::sim {
 namespace {
@@ -26,8 +27,8 @@ Loads at(const FixedWing& vehicle, double alpha_rad, const Vector3d& rates = Vec
 TEST(Stall, LoadsAreContinuousAtEveryAngleAndOverStraightBehind) {
   // Steps of 1e-4 rad change coefficients by at most their steepest slope, that of the blend, M/4 of the lift of 3 that
   // it takes away: 40 per radian, and moments by the slope of its own.
-  for (const std::string_view name : vehicle_models()) {
-    const FixedWing vehicle = vehicle_model(name).value();
+  for (const std::string_view name : fixed_wing_models()) {
+    const FixedWing vehicle = fixed_wing_model(name).value();
     const double newtons = 0.5 * density * 400 * vehicle.wing_area_m2;
     double steepest_force = 0, steepest_moment = 0;
     constexpr int steps = 62832;
@@ -114,7 +115,7 @@ Spin held_in_stall(const FixedWing& vehicle, double airspeed) {
 }
 
 TEST(Stall, AnAircraftHeldInItWithRudderEntersASpin) {
-  FixedWing vehicle = vehicle_model("my_twin_dream").value();
+  FixedWing vehicle = fixed_wing_model("my_twin_dream").value();
   const Spin spin = held_in_stall(vehicle, 16);
   EXPECT_GT(spin.highest_alpha_rad, vehicle.stall_alpha_rad);
   EXPECT_GT(spin.most_roll_radps, 2);

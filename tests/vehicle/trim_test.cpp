@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <numbers>
+#include "vehicle/models.h"
 
 namespace nadir::sim {
 namespace {
@@ -79,8 +80,8 @@ TEST(Trim, AMinuteOfTurnClosesItsCircle) {
 
 /// The same whichever way it is begun: from anywhere in attitude and controls.
 TEST(Trim, OfEveryModelOverItsSpeedsDoesNotDependOnWhereItBegins) {
-  for (const std::string_view name : vehicle_models()) {
-    const FixedWing vehicle = vehicle_model(name).value();
+  for (const std::string_view name : fixed_wing_models()) {
+    const FixedWing vehicle = fixed_wing_model(name).value();
     const double slowest = 1.1 * stall_speed_mps(vehicle, density, gravity);
     RandomStream random(1, "guesses");
     int found = 0;

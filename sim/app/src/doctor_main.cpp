@@ -197,7 +197,8 @@ Result<void> run(const std::string& path, const std::string& cache, bool json) {
                           geodesy::to_degrees(origin.lat_rad), geodesy::to_degrees(origin.lon_rad)));
   for (const auto& [name, vehicle] : file->vehicles)
     if (vehicle.model != "poses")
-      for (const std::string& warning : sim::vehicle_warnings(vehicle.fixed_wing()))
+      for (const std::string& warning :
+           sim::vehicle_warnings(vehicle.multirotor ? vehicle.multirotor_vehicle() : vehicle.vehicle()))
         doctor.note(Finding::Kind::Note, fmt::format("{}: {}", name, warning));
 
   const auto possible = doctor.look_at_plans(*run);

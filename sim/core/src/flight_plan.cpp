@@ -210,7 +210,7 @@ Result<FlightPlan> Planner::plan() {
   const double above_m = height_above_ground_m(ground_, ecef_from_scene(*start, ground_));
   if (above_m < -on_ground_m)
     note_vehicle(fmt::format("start: expected a height on the ground or above it, found {:.1f} m over it", above_m));
-  auto on_ground = ground_flight(setup_.ground, gear_of(setup_.model), ground_, begin, to_radians(setup_.yaw_deg),
+  auto on_ground = ground_flight(setup_.ground, setup_.fixed_wing(), ground_, begin, to_radians(setup_.yaw_deg),
                                  above_m < on_ground_m);
   if (!on_ground) note_vehicle(on_ground.error().message);
   if (on_ground && on_ground->takeoff) start_.height_m += on_ground->takeoff->clear_m;

@@ -87,18 +87,17 @@ std::shared_ptr<const Ground> ground_of(const render::Surface& surface) {
   return std::make_shared<EllipsoidGround>(surface.height_m());
 }
 
-ContactGear gear_of(const std::string& model) { return model == "aerosonde" ? aerosonde_gear() : ContactGear(); }
-
-Result<FixedWingGroundSetup> ground_flight(const GroundSetup& setup, ContactGear gear, const render::Surface& surface,
-                                           const Waypoint& start, double yaw_rad, bool on_ground) {
+Result<FixedWingGroundSetup> ground_flight(const GroundSetup& setup, const FixedWing& vehicle,
+                                           const render::Surface& surface, const Waypoint& start, double yaw_rad,
+                                           bool on_ground) {
   FixedWingGroundSetup out;
   out.ground = ground_of(surface);
-  const double up_m = standing_m(gear);
-  out.gear = std::move(gear);
+  const double up_m = standing_m(vehicle.gear.value_or(ContactGear()));
   const bool launched = setup.takeoff && setup.takeoff->launch_mps;
   if (up_m == 0 && (setup.land || on_ground || (setup.takeoff && !launched)))
     return fail(Error::Kind::Unsupported,
-                "it has no wheels to stand, roll or land on: expected a start in the air or a launch, and no land");
+                "it has no wheels to stand, roll or land on: expected `gear:` with wheels or skids in its parameter "
+                "file, or a start in the air or a launch, and no land");
   if (on_ground && launched)
     return fail(Error::Kind::Malformed, "takeoff: launch_mps: expected a start above the ground to launch it from");
   if (setup.takeoff && !on_ground && !launched)

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "pose_sources.h"
 #include "flight_air.h"
 #include "flight_parts.h"
 #include "nadir/sim/flown_multirotor.h"
+#include "pose_sources.h"
 #include "scene_place.h"
 
 namespace nadir::sim {
@@ -68,7 +68,7 @@ Result<MultirotorMission> mission_of(const VehicleSetup& setup, const render::Su
 
 Result<std::unique_ptr<PoseSource>> make_multirotor_flight(const RunFile& run, const std::string& name,
                                                            const VehicleSetup& setup, const render::Surface& ground) {
-  const Multirotor vehicle = multirotor_of(setup.model, *setup.multirotor);
+  const Multirotor vehicle = setup.multirotor_vehicle();
   const MultirotorGround stands{
       .height_above_m = [ground](const Point<frame::Ecef>& place) { return height_above_ground_m(ground, place); }};
   const auto mission = mission_of(setup, ground, stands.legs_m);
@@ -85,16 +85,15 @@ Result<std::unique_ptr<PoseSource>> make_multirotor_flight(const RunFile& run, c
     if (!parts) return fail(parts);
     auto air = AirAlongPath::start(std::move(*parts), place, {std::cos(yaw), std::sin(yaw), 0}, 0);
     if (!air) return fail(air);
-    auto flown =
-        fly_multirotor({.vehicle = vehicle,
-                        .environment = *environment,
-                        .scene = scene,
-                        .mission = *mission,
-                        .wind_ned_mps = air->air().end().velocity_ned_mps,
-                        .charge_share = setup.multirotor->battery ? setup.multirotor->battery->charge_share : 1,
-                        .ground = stands,
-                        .tolerance_m = setup.trajectory_tolerance_m,
-                        .scheme = scheme});
+    auto flown = fly_multirotor({.vehicle = vehicle,
+                                 .environment = *environment,
+                                 .scene = scene,
+                                 .mission = *mission,
+                                 .wind_ned_mps = air->air().end().velocity_ned_mps,
+                                 .charge_share = setup.multirotor->charge_share,
+                                 .ground = stands,
+                                 .tolerance_m = setup.trajectory_tolerance_m,
+                                 .scheme = scheme});
     if (!flown) return fail(flown);
     return Flight(*environment, std::move(*air), std::move(*flown));
   };

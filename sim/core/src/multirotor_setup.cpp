@@ -2,9 +2,8 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-
 #include "nadir/geodesy/height.h"
+#include "nadir/sim/vehicle_file.h"
 #include "read_yaml.h"
 
 namespace nadir::sim {
@@ -24,34 +23,10 @@ MultirotorWaypointSetup read_waypoint(const YamlMap& yaml, const geodesy::TypedH
   return point;
 }
 
-BatterySetup read_battery(const YamlMap& yaml) {
-  BatterySetup battery;
-  if (const auto cells = yaml.integer("cells")) {
-    battery.cells = *cells;
-    if (*cells < 1 || *cells > 24) yaml.fault("cells", fmt::format("expected 1 to 24, found {}", *cells));
-  }
-  take_positive(yaml, "capacity_ah", battery.capacity_ah);
-  take_within(yaml, "resistance_ohm", 0, 10, battery.resistance_ohm);
-  take_within(yaml, "charge_share", 0, 1, battery.charge_share);
-  return battery;
-}
-
 }  // namespace
 
-bool is_multirotor(std::string_view model) {
-  return std::find(multirotor_models.begin(), multirotor_models.end(), model) != multirotor_models.end();
-}
-
-Multirotor multirotor_of(std::string_view model, const MultirotorSetup& setup) {
-  Multirotor vehicle = model == "multirotor_sil"      ? rosflight_sil_multirotor()
-                       : model == "multirotor_lumped" ? roscopter_multirotor()
-                                                      : rosflight_multirotor();
-  if (const auto& b = setup.battery)
-    vehicle.battery = lithium_polymer(static_cast<int>(b->cells), b->capacity_ah, b->resistance_ohm);
-  return vehicle;
-}
-
-MultirotorSetup read_multirotor(const YamlMap& vehicle, const geodesy::TypedHeight& start) {
+MultirotorSetup read_multirotor(const YamlMap& vehicle, const geodesy::TypedHeight& start,
+                                const std::optional<Battery>& battery) {
   MultirotorSetup setup;
   geodesy::TypedHeight height = start;
   for (const YamlMap& point : vehicle.maps("mission")) {
@@ -68,7 +43,11 @@ MultirotorSetup read_multirotor(const YamlMap& vehicle, const geodesy::TypedHeig
     take_positive(*flight, "take_off_height_m", setup.take_off_height_m);
     take_positive(*flight, "landing_mps", setup.landing_mps);
   }
-  if (const auto battery = vehicle.map("battery")) setup.battery = read_battery(*battery);
+  if (const auto changes = vehicle.map("battery")) {
+    setup.battery = battery.value_or(lithium_polymer(6, 10, 0.02));
+    read_battery(*changes, setup.battery);
+    take_within(*changes, "charge_share", 0, 1, setup.charge_share);
+  }
   return setup;
 }
 
@@ -78,9 +57,8 @@ std::string multirotor_text(const MultirotorSetup& setup) {
       "      take_off_height_m: {}, landing_mps: {}}}\n",
       setup.speed_mps, setup.climb_mps, setup.descent_mps, setup.acceleration_mps2, setup.face_along, setup.land,
       setup.take_off_height_m, setup.landing_mps);
-  if (const auto& b = setup.battery)
-    text += fmt::format("    battery: {{cells: {}, capacity_ah: {}, resistance_ohm: {}, charge_share: {}}}\n", b->cells,
-                        b->capacity_ah, b->resistance_ohm, b->charge_share);
+  if (setup.battery)
+    text += fmt::format("    battery: {{{}, charge_share: {}}}\n", battery_text(*setup.battery), setup.charge_share);
   if (!setup.mission.empty()) text += "    mission:\n";
   for (const MultirotorWaypointSetup& w : setup.mission) {
     text += fmt::format("      - {{{}, height: {} {}", place_text(w.place), w.height.value_m,

@@ -182,18 +182,14 @@ Scheme read_integration(const YamlMap& yaml) {
 void read_model(const YamlMap& yaml, const std::filesystem::path& folder, VehicleSetup& vehicle) {
   if (yaml.is_map("model")) {
     vehicle.parameters = sim::read_vehicle(*yaml.map("model"), folder);
-    if (vehicle.parameters) vehicle.airspeed_mps = vehicle.fixed_wing().cruise_mps;
     return;
   }
   take(yaml.text("model"), vehicle.model);
-  if (vehicle.model == "poses" || is_multirotor(vehicle.model)) return;
   std::vector<std::string_view> models = vehicle_models();
-  models.insert(models.end(), multirotor_models.begin(), multirotor_models.end());
   models.push_back("poses");
-  if (std::find(models.begin(), models.end(), vehicle.model) == models.end())
-    yaml.fault("model", fmt::format("no model '{}'{}", vehicle.model, suggestion(vehicle.model, models)));
-  else
-    vehicle.airspeed_mps = vehicle.fixed_wing().cruise_mps;
+  if (std::find(models.begin(), models.end(), vehicle.model) != models.end()) return;
+  yaml.fault("model", fmt::format("no model '{}'{}", vehicle.model, suggestion(vehicle.model, models)));
+  vehicle.model = VehicleSetup().model;  // so that its other faults are found
 }
 
 VehicleSetup read_vehicle(const YamlMap& yaml, const SceneSetup& scene, const std::filesystem::path& folder) {
@@ -205,13 +201,16 @@ VehicleSetup read_vehicle(const YamlMap& yaml, const SceneSetup& scene, const st
     yaml.require("poses");
     take(yaml.text("poses"), vehicle.poses);
   } else {
+    const VehicleParameters parameters = vehicle.vehicle();
+    const auto* multirotor = std::get_if<Multirotor>(&parameters);
+    if (!multirotor) vehicle.airspeed_mps = std::get<FixedWing>(parameters).cruise_mps;
     yaml.require("start");
     if (const auto start = yaml.map("start")) {
       start->require("height");
       vehicle.start.place = read_place(*start);
       take_height(*start, "height", vehicle.start.height);
       take(start->number("yaw_deg"), vehicle.yaw_deg);
-      if (!is_multirotor(vehicle.model)) take_positive(*start, "airspeed_mps", vehicle.airspeed_mps);
+      if (!multirotor) take_positive(*start, "airspeed_mps", vehicle.airspeed_mps);
     }
     take(yaml.flag("repeat_mission"), vehicle.repeat_mission);
     vehicle.ground = read_ground(yaml);
@@ -220,8 +219,8 @@ VehicleSetup read_vehicle(const YamlMap& yaml, const SceneSetup& scene, const st
     take_positive(yaml, "trajectory_tolerance_m", vehicle.trajectory_tolerance_m);
     if (!(vehicle.trajectory_tolerance_m >= 1e-6)) yaml.fault("trajectory_tolerance_m", "expected at least 1e-6");
     if (const auto integration = yaml.map("integration")) vehicle.integration = read_integration(*integration);
-    if (is_multirotor(vehicle.model)) {
-      vehicle.multirotor = read_multirotor(yaml, vehicle.start.height);
+    if (multirotor) {
+      vehicle.multirotor = read_multirotor(yaml, vehicle.start.height, multirotor->battery);
     } else {
       take_positive(yaml, "turn_radius_m", vehicle.turn_radius_m);
       if (const auto autopilot = yaml.map("autopilot")) vehicle.autopilot = read_autopilot(*autopilot);
@@ -294,7 +293,15 @@ render::Mount SensorSetup::mount() const {
   return {{p[0], p[1], p[2]}, geodesy::YawPitchRoll::degrees(a[0], a[1], a[2])};
 }
 
-FixedWing VehicleSetup::fixed_wing() const { return parameters ? *parameters : vehicle_model(model).value(); }
+VehicleParameters VehicleSetup::vehicle() const { return parameters ? *parameters : vehicle_model(model).value(); }
+
+FixedWing VehicleSetup::fixed_wing() const { return std::get<FixedWing>(vehicle()); }
+
+Multirotor VehicleSetup::multirotor_vehicle() const {
+  Multirotor copter = std::get<Multirotor>(vehicle());
+  if (multirotor->battery) copter.battery = multirotor->battery;
+  return copter;
+}
 
 Result<RunFile> read_run_file(const std::filesystem::path& path) {
   const auto text = read_text_file(path);

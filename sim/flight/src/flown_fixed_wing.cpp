@@ -39,8 +39,8 @@ class FlownFixedWing final : public FlownVehicle {
         trimmed_state(cruise.level, flight_.environment, flight_.start, flight_.yaw_rad, flight_.wind_ned_mps);
     if (flight_.ground) {
       const FixedWingGroundSetup& setup = *flight_.ground;
-      ground_ = ground_for(flight_.vehicle, setup.gear, setup.ground, flight_.environment);
-      for (const ContactPoint& point : setup.gear.points())
+      ground_ = ground_for(flight_.vehicle, setup.ground, flight_.environment);
+      for (const ContactPoint& point : ground_->gear().points())
         if (point.kind != ContactPoint::Kind::Part) standing_m_ = std::max(standing_m_, point.body_m.z());
       if (standing_m_ > 0)
         for (const char* name : {"wheels_on_ground", "ground_force_n", "steering_deg", "brake"})
@@ -137,7 +137,7 @@ class FlownFixedWing final : public FlownVehicle {
   void start_low(const FixedWingGroundSetup& setup) {
     FixedWingState& wing = state_.wing;
     if (setup.standing) {
-      wing = standing_state(flight_.environment, setup.gear, *setup.ground, flight_.start, flight_.yaw_rad);
+      wing = standing_state(flight_.environment, ground_->gear(), *setup.ground, flight_.start, flight_.yaw_rad);
       controls_ = {};
       airborne_ = false;
     } else if (setup.launch_mps > 0) {
@@ -183,7 +183,7 @@ class FlownFixedWing final : public FlownVehicle {
   /// What the last period's contact means.
   void note(const ContactReport& report, const AirOverTime& air) {
     const AirframeLimits& limits = flight_.ground->limits;
-    const auto name = [&](int point) { return flight_.ground->gear.points()[static_cast<std::size_t>(point)].name; };
+    const auto name = [&](int point) { return ground_->gear().points()[static_cast<std::size_t>(point)].name; };
     const auto crash = [&](std::int64_t time_ns, const std::string& why) {
       // The period was flown to its end, so its parts can be
       if (const auto then = state_at(std::clamp(time_ns, before_ns_, state_ns_), air))

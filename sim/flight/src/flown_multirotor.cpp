@@ -2,7 +2,6 @@
 #include "nadir/base/time.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cassert>
@@ -272,7 +271,7 @@ class FlownMultirotor final : public FlownVehicle {
 
 Result<std::unique_ptr<FlownVehicle>> fly_multirotor(MultirotorFlight flight) {
   if (const auto faults = faults_of(flight.vehicle); !faults.empty())
-    return fail(Error::Kind::Malformed, fmt::format("{}", fmt::join(faults, "; ")));
+    return fail(Error::Kind::Malformed, to_string(faults));
   const Waypoint& start = flight.mission.start;
   const geodesy::Geodetic place =
       geodesy::geodetic_from_ecef(flight.scene.ecef_from_enu() *

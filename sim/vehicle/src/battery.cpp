@@ -18,25 +18,27 @@ Battery lithium_polymer(int cells, double capacity_ah, double resistance_ohm) {
   return battery;
 }
 
-std::vector<std::string> faults_of(const Battery& battery) {
-  std::vector<std::string> faults;
+std::vector<ParameterFault> faults_of(const Battery& battery) {
+  std::vector<ParameterFault> faults;
   if (!(battery.capacity_ah > 0) || !std::isfinite(battery.capacity_ah))
-    faults.push_back(fmt::format("battery: expected a capacity above 0 A h, found {}", battery.capacity_ah));
+    faults.push_back({"capacity_ah", fmt::format("expected a capacity above 0 A h, found {}", battery.capacity_ah)});
   if (!(battery.resistance_ohm >= 0) || !std::isfinite(battery.resistance_ohm))
-    faults.push_back(fmt::format("battery: expected a resistance of 0 ohm or more, found {}", battery.resistance_ohm));
+    faults.push_back(
+        {"resistance_ohm", fmt::format("expected a resistance of 0 ohm or more, found {}", battery.resistance_ohm)});
   if (!(battery.other_current_a >= 0) || !std::isfinite(battery.other_current_a))
     faults.push_back(
-        fmt::format("battery: expected another current of 0 A or more, found {}", battery.other_current_a));
+        {"other_current_a", fmt::format("expected a current of 0 A or more, found {}", battery.other_current_a)});
   const auto& points = battery.open_circuit;
   if (points.size() < 2 || points.front().charge_share != 0 || points.back().charge_share != 1)
-    faults.push_back("battery: expected voltages for shares of charge from 0 to 1");
+    faults.push_back({"open_circuit", "expected voltages for shares of charge from 0 to 1"});
   for (std::size_t i = 0; i < points.size(); ++i) {
     if (!(points[i].voltage_v > 0) || !std::isfinite(points[i].voltage_v))
-      faults.push_back(fmt::format("battery: expected a voltage above 0 V at a share of {} of the charge, found {}",
-                                   points[i].charge_share, points[i].voltage_v));
+      faults.push_back(
+          {"open_circuit", fmt::format("expected a voltage above 0 V at a share of {} of the charge, found {}",
+                                       points[i].charge_share, points[i].voltage_v)});
     if (i > 0 && !(points[i].charge_share > points[i - 1].charge_share))
-      faults.push_back(fmt::format("battery: expected rising shares of charge, found {} after {}",
-                                   points[i].charge_share, points[i - 1].charge_share));
+      faults.push_back({"open_circuit", fmt::format("expected rising shares of charge, found {} after {}",
+                                                    points[i].charge_share, points[i - 1].charge_share)});
   }
   return faults;
 }

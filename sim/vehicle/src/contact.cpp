@@ -9,27 +9,33 @@
 namespace nadir::sim {
 using Eigen::Vector3d;
 
+std::vector<ParameterFault> faults_of(const ContactPoint& p) {
+  std::vector<ParameterFault> faults;
+  const auto within = [&](const char* key, double value, double low, double high, const char* unit) {
+    if (!(value >= low && value <= high))
+      faults.push_back({key, fmt::format("expected {:g} to {:g}{}, found {:g}", low, high, unit, value)});
+  };
+  for (const double x : p.body_m) within("place_m", x, -1000, 1000, " m");
+  if (p.kind == ContactPoint::Kind::Part) return faults;
+  within("stiffness_npm", p.stiffness_npm, 1, 1e8, " N/m");
+  within("damping_spm", p.damping_spm, 0, 100, " s/m");
+  within("friction", p.friction, 0, 10, "");
+  within("most_n", p.most_n, 0, 1e9, " N");
+  if (p.kind != ContactPoint::Kind::Wheel) return faults;
+  within("rolling_friction", p.rolling_friction, 0, p.friction, "");
+  within("brake_friction", p.rolling_friction + p.brake_friction, p.rolling_friction, p.friction,
+         " with rolling_friction");
+  within("slip_rad", p.slip_rad, 0, 1, " rad");
+  within("steering", p.steering, -1, 1, "");
+  return faults;
+}
+
 Result<ContactGear> ContactGear::create(std::vector<ContactPoint> points) {
   std::vector<std::string> faults;
   if (points.size() > 32) faults.push_back(fmt::format("expected at most 32 contact points, found {}", points.size()));
-  for (const ContactPoint& p : points) {
-    const auto within = [&](const char* what, double value, double low, double high, const char* unit) {
-      if (!(value >= low && value <= high))
-        faults.push_back(
-            fmt::format("{}: {}: expected {:g} to {:g}{}, found {:g}", p.name, what, low, high, unit, value));
-    };
-    for (const double x : p.body_m) within("place", x, -1000, 1000, " m");
-    if (p.kind == ContactPoint::Kind::Part) continue;
-    within("stiffness", p.stiffness_npm, 1, 1e8, " N/m");
-    within("damping", p.damping_spm, 0, 100, " s/m");
-    within("friction", p.friction, 0, 10, "");
-    within("most force", p.most_n, 0, 1e9, " N");
-    if (p.kind != ContactPoint::Kind::Wheel) continue;
-    within("rolling friction", p.rolling_friction, 0, p.friction, "");
-    within("rolling friction with the brake", p.rolling_friction + p.brake_friction, 0, p.friction, "");
-    within("slip angle", p.slip_rad, 0, 1, " rad");
-    within("steering", p.steering, -1, 1, "");
-  }
+  for (const ContactPoint& p : points)
+    for (const ParameterFault& fault : faults_of(p))
+      faults.push_back(fmt::format("{}: {}: {}", p.name, fault.key, fault.message));
   if (!faults.empty()) return fail(Error::Kind::Malformed, fmt::format("landing gear: {}", fmt::join(faults, "; ")));
   ContactGear gear;
   gear.points_ = std::move(points);

@@ -6,40 +6,12 @@
 #include "nadir/sim/step.h"
 
 namespace nadir::sim {
-using Eigen::Vector3d;
 
-ContactGear aerosonde_gear() {
-  using Kind = ContactPoint::Kind;
-  const ContactPoint main{.name = "main wheel",
-                          .kind = Kind::Wheel,
-                          .stiffness_npm = 4000,
-                          .damping_spm = 1.8,
-                          .friction = 0.8,
-                          .rolling_friction = 0.03,
-                          .brake_friction = 0.4,
-                          .most_n = 1000};
-  ContactPoint left = main, right = main, nose = main;
-  left.name = "left wheel", left.body_m = {-0.07, -0.35, 0.3};
-  right.name = "right wheel", right.body_m = {-0.07, 0.35, 0.3};
-  nose.name = "nose wheel", nose.body_m = {0.5, 0, 0.3};
-  nose.stiffness_npm = 2500, nose.brake_friction = 0, nose.steering = 1, nose.most_n = 600;
-  std::vector<ContactPoint> points{nose, left, right};
-  const auto part = [&](const char* name, const Vector3d& at) {
-    points.push_back({.name = name, .kind = Kind::Part, .body_m = at});
-  };
-  part("left wing tip", {0, -1.4478, -0.05});
-  part("right wing tip", {0, 1.4478, -0.05});
-  part("nose", {0.65, 0, 0.05});
-  part("belly", {0, 0, 0.12});
-  part("tail", {-1.1, 0, 0.06});
-  return ContactGear::create(std::move(points)).value();
-}
-
-FixedWingGround ground_for(const FixedWing& vehicle, ContactGear gear, std::shared_ptr<const Ground> ground,
+FixedWingGround ground_for(const FixedWing& vehicle, std::shared_ptr<const Ground> ground,
                            const Environment& environment) {
   // Any place tells how the Earth turns
   const auto equator = geodesy::ecef_from_geodetic({});
-  return {std::move(gear), std::move(ground), environment.at(equator).earth_rate_ecef_radps,
+  return {vehicle.gear.value_or(ContactGear()), std::move(ground), environment.at(equator).earth_rate_ecef_radps,
           ground_effect_spans * vehicle.span_m, FixedWingGround::usual_tolerance(BodyVector::Zero())};
 }
 

@@ -30,7 +30,7 @@ struct PilotCommand {
   GearCommand gear;
 };
 
-/// Loops for a vehicle on its wheels. Defaults: for `aerosonde_gear`.
+/// Loops for a vehicle on its wheels. Defaults: for the Aerosonde.
 struct GroundRollGains {
   double line_per_m = 0.05;         // heading per metre off the line
   double most_intercept_rad = 0.3;  // towards it

@@ -45,12 +45,10 @@ std::string ground_text(const GroundSetup& setup);
 /// The ground of a scene as gear meets it.
 std::shared_ptr<const Ground> ground_of(const render::Surface& surface);
 
-/// Gear of a model; none but the airframe itself where it has none.
-ContactGear gear_of(const std::string& model);
-
-/// How a vehicle of that gear flies over that ground. `start`: of its centre of mass; `on_ground`: it stands there.
+/// How a vehicle flies over that ground. `start`: of its centre of mass; `on_ground`: it stands there.
 /// Fails where it cannot: it has no wheels to roll or land on.
-Result<FixedWingGroundSetup> ground_flight(const GroundSetup& setup, ContactGear gear, const render::Surface& surface,
-                                           const Waypoint& start, double yaw_rad, bool on_ground);
+Result<FixedWingGroundSetup> ground_flight(const GroundSetup& setup, const FixedWing& vehicle,
+                                           const render::Surface& surface, const Waypoint& start, double yaw_rad,
+                                           bool on_ground);
 
 }  // namespace nadir::sim

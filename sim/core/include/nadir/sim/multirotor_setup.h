@@ -1,15 +1,13 @@
 #pragma once
 
-#include <array>
 #include <optional>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "nadir/base/yaml.h"
 #include "nadir/geodesy/height.h"
+#include "nadir/sim/battery.h"
 #include "nadir/sim/mission_setup.h"
-#include "nadir/sim/multirotor.h"
 
 namespace nadir::sim {
 
@@ -19,28 +17,20 @@ struct MultirotorWaypointSetup {
   std::optional<double> hold_s, yaw_deg, speed_mps;
 };
 
-struct BatterySetup {
-  std::int64_t cells = 6;
-  double capacity_ah = 10, resistance_ohm = 0.02, charge_share = 1;
-};
-
 /// What a run file says of a multirotor beyond what it says of every vehicle.
 struct MultirotorSetup {
   std::vector<MultirotorWaypointSetup> mission;  // where empty: it hovers
   double speed_mps = 5, climb_mps = 2, descent_mps = 1.5, acceleration_mps2 = 2;
   bool face_along = false, land = false;
   double take_off_height_m = 3, landing_mps = 0.5;
-  std::optional<BatterySetup> battery;
+  std::optional<Battery> battery;  // in place of the vehicle's own
+  double charge_share = 1;         // of whatever battery it has, at the start
 };
 
-constexpr std::array<std::string_view, 3> multirotor_models = {"multirotor", "multirotor_sil", "multirotor_lumped"};
-bool is_multirotor(std::string_view model);
-
-/// A model's published parameters, with what the setup adds. `model`: one of them.
-Multirotor multirotor_of(std::string_view model, const MultirotorSetup& setup);
-
-/// Of a vehicle's map; notes faults in it. `start`: the height that waypoints without one begin with.
-MultirotorSetup read_multirotor(const YamlMap& vehicle, const geodesy::TypedHeight& start);
+/// Of a vehicle's map; notes faults in it. `start`: the height that waypoints without one begin with; `battery`: of the
+/// vehicle's parameters, which the map's changes.
+MultirotorSetup read_multirotor(const YamlMap& vehicle, const geodesy::TypedHeight& start,
+                                const std::optional<Battery>& battery);
 
 /// Lines of a vehicle, complete with defaults.
 std::string multirotor_text(const MultirotorSetup& setup);

@@ -21,6 +21,7 @@
 #include "nadir/sim/mission_setup.h"
 #include "nadir/sim/multirotor_setup.h"
 #include "nadir/sim/scheduler.h"
+#include "nadir/sim/vehicle_file.h"
 #include "nadir/tile/role.h"
 #include "nadir/tile/sample_type.h"
 
@@ -77,8 +78,8 @@ struct SensorSetup {
 };
 
 struct VehicleSetup {
-  std::string model = "aerosonde";      // of vehicle_models() or `multirotor_models`; or "poses": where a file says
-  std::optional<FixedWing> parameters;  // in place of the model's
+  std::string model = "aerosonde";              // of vehicle_models(); or "poses": where a file says
+  std::optional<VehicleParameters> parameters;  // in place of the model's
   AutopilotSetup autopilot;
   std::string poses;  // of model poses
   WaypointSetup start;
@@ -88,12 +89,15 @@ struct VehicleSetup {
   double turn_radius_m = 150;
   bool repeat_mission = false;                // else a circle at the end
   GroundSetup ground;                         // of a fixed wing: how it leaves it and comes back
-  std::optional<MultirotorSetup> multirotor;  // of its models, instead of mission, airspeed and turn radius
+  std::optional<MultirotorSetup> multirotor;  // of that kind, instead of mission, airspeed and turn radius
   double trajectory_tolerance_m = 1e-3;       // of what steps of the motion make of it
   std::optional<Scheme> integration;          // else the cheapest within that tolerance: plan_motion
   std::vector<std::pair<std::string, SensorSetup>> sensors;
 
-  FixedWing fixed_wing() const;  // of the parameters or the model; there must be one
+  // Of the parameters or the model; there must be one, and of that kind
+  VehicleParameters vehicle() const;
+  FixedWing fixed_wing() const;
+  Multirotor multirotor_vehicle() const;
 };
 
 enum class TelemetryFormat {

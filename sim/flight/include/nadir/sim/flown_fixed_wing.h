@@ -25,7 +25,6 @@ struct AirframeLimits {
 /// The ground that a flight goes over, begins on or ends on.
 struct FixedWingGroundSetup {
   std::shared_ptr<const Ground> ground;
-  ContactGear gear;
   bool standing = false;  // begins at rest on its gear under `start`
   double launch_mps = 0;  // else above 0: airspeed of a launch, level at this pitch; else in trim
   double launch_pitch_rad = 0;

@@ -1,7 +1,8 @@
 #pragma once
 
-#include <string>
 #include <vector>
+
+#include "nadir/sim/parameter_fault.h"
 
 namespace nadir::sim {
 
@@ -10,6 +11,7 @@ struct Battery {
   /// Open-circuit voltage at a share of the charge.
   struct Point {
     double charge_share = 0, voltage_v = 0;
+    friend bool operator==(const Point&, const Point&) = default;
   };
   std::vector<Point> open_circuit;  // shares rise from 0 to 1; linear between
   double capacity_ah = 0;
@@ -22,7 +24,7 @@ struct Battery {
 Battery lithium_polymer(int cells, double capacity_ah, double resistance_ohm);
 
 /// What is wrong with the numbers, each fault on its own.
-std::vector<std::string> faults_of(const Battery& battery);
+std::vector<ParameterFault> faults_of(const Battery& battery);
 
 /// None once the charge is gone.
 double open_circuit_v(const Battery& battery, double charge_ah);

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "nadir/base/result.h"
+#include "nadir/sim/parameter_fault.h"
 #include "nadir/sim/rigid_body.h"
 
 namespace nadir::sim {
@@ -32,6 +33,9 @@ struct ContactPoint {
   double most_n = 0;               // a greater force breaks it; 0: nothing does
 };
 
+/// A coefficient outside its range, a stiffness above 1e8 N/m, by the member's name; `place_m` is where it is.
+std::vector<ParameterFault> faults_of(const ContactPoint& point);
+
 /// Coulomb's friction is reached from rest over this speed, so that force is a function of velocity: under a load of
 /// the share s of what friction can hold, a point creeps at s times this. Source of the form: Quinn, A new
 /// regularization of Coulomb friction, 2004, with the square root for the hyperbolic tangent.
@@ -47,8 +51,7 @@ struct GearCommand {
 /// Where all points that can meet the ground are, and what becomes of them.
 class ContactGear {
  public:
-  /// Fails with all that is wrong with the points: a coefficient outside its range, a stiffness above 1e8 N/m, more
-  /// than 32 points.
+  /// Fails with all that is wrong with the points (`faults_of`), or with more than 32 of them.
   static Result<ContactGear> create(std::vector<ContactPoint> points);
   /// None: the airframe itself, at its centre of mass, which may not touch.
   ContactGear() : points_{{.name = "airframe", .kind = ContactPoint::Kind::Part}} {}

@@ -2,9 +2,11 @@
 
 #include <Eigen/Core>
 #include <limits>
+#include <optional>
 
 #include "nadir/base/result.h"
 #include "nadir/sim/air_motion.h"
+#include "nadir/sim/contact.h"
 #include "nadir/sim/environment.h"
 #include "nadir/sim/rigid_body.h"
 #include "nadir/sim/slipstream.h"
@@ -45,6 +47,7 @@ struct FixedWing {
   double servo_time_constant_s = 0;  // of each surface's first-order lag, >= 0
   double max_deflection_rad = 0;     // of each surface, either way
   bool feels_ground = true;          // has less induced drag near it
+  std::optional<ContactGear> gear;   // none: the airframe itself, which may not touch
 
   double cruise_mps = 0;  // airspeed that it is flown at unless told
 };

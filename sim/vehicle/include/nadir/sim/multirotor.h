@@ -59,19 +59,8 @@ struct Multirotor {
 };
 
 /// Each fault on its own: no rotors, rotors that are neither lumped nor listed, axes not of unit length, lags below 0,
-/// some rotors with inertia and some without, and so on.
-std::vector<std::string> faults_of(const Multirotor& vehicle);
-
-/// 3.5 kg on four 15-inch propellers. Motors follow at once. Source: rosflight_sim/params/multirotor_dynamics.yaml and
-/// its robot description; ground effect is Cheeseman and Bennett's.
-Multirotor rosflight_multirotor();
-/// 2 kg on four rotors given by pulses, with lags. Source: rosflight_sim/params/multirotor.yaml of ROS 1; inertia is
-/// not in it, and is that of the other set in proportion to mass.
-Multirotor rosflight_sil_multirotor();
-/// 3.69 kg, forces and moments with lags. Source: roscopter_sim/params/gazebo.
-Multirotor roscopter_multirotor();
-/// The published ground effect of all three, see `GroundEffect`.
-GroundEffect published_ground_effect();
+/// some rotors with inertia and some without, and so on; by the section of a parameter file that it is in.
+std::vector<ParameterFault> faults_of(const Multirotor& vehicle);
 
 /// How many controls it takes.
 int actuator_count(const Multirotor& vehicle);

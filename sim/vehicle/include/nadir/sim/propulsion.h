@@ -12,6 +12,7 @@ struct Propulsion {
   double max_voltage_v = 0;          // at full throttle
   double resistance_ohm = 0;         // > 0
   double no_load_current_a = 0;
+  friend bool operator==(const Propulsion&, const Propulsion&) = default;
 };
 
 /// What motor and propeller do in one moment.
@@ -40,6 +41,7 @@ double throttle_at(const Propulsion& propulsion, double omega_radps, double airs
 struct MotorDynamics {
   double rotor_inertia_kgm2 = 0;  // of rotor and propeller about the shaft; 0: speed follows at once
   double inductance_h = 0;        // of the winding; 0: current follows at once
+  friend bool operator==(const MotorDynamics&, const MotorDynamics&) = default;
 };
 
 /// Inductance over resistance.

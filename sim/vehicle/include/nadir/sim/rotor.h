@@ -6,6 +6,7 @@
 #include <variant>
 #include <vector>
 
+#include "nadir/sim/parameter_fault.h"
 #include "nadir/sim/propulsion.h"
 
 namespace nadir::sim {
@@ -14,6 +15,7 @@ namespace nadir::sim {
 struct ElectricDrive {
   Propulsion propulsion;
   MotorDynamics dynamics;
+  friend bool operator==(const ElectricDrive&, const ElectricDrive&) = default;
 };
 
 /// Thrust and torque as quadratics of the width of a servo pulse, 1000 us at throttle 0 and 2000 us at 1; neither is
@@ -22,14 +24,20 @@ struct PulseDrive {
   std::array<double, 3> thrust_n{}, torque_nm{};  // per us^2, per us, constant
   double max_thrust_n = 0;
   double radius_m = 0;  // of the propeller, for ground effect
+  friend bool operator==(const PulseDrive&, const PulseDrive&) = default;
 };
+using RotorDrive = std::variant<ElectricDrive, PulseDrive>;
+
+/// What is wrong with a drive, by the key of `electric` or `pulse` in a parameter file.
+std::vector<ParameterFault> faults_of(const RotorDrive& drive);
 
 /// A rotor of a multirotor.
 struct Rotor {
+  std::string name = {};                                    // for messages
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();     // of its hub, in the body
   Eigen::Vector3d thrust_axis = -Eigen::Vector3d::UnitZ();  // the way its thrust points, in the body; unit length
   bool clockwise = false;                                   // seen against that axis: from above where it points up
-  std::variant<ElectricDrive, PulseDrive> drive;
+  RotorDrive drive;
   /// First-order lag of an electric drive's throttle, of a pulse drive's thrust and torque; 0: none.
   double rise_time_constant_s = 0, fall_time_constant_s = 0;
 };

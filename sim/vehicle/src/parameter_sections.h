@@ -1,0 +1,48 @@
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+#include <variant>
+
+#include "nadir/sim/contact.h"
+#include "nadir/sim/parameter_layer.h"
+#include "nadir/sim/propulsion.h"
+#include "nadir/sim/rigid_body.h"
+
+namespace nadir::sim {
+
+// Bounds of what a number can be in its unit: outside them a unit is mistaken, not the vehicle unusual.
+inline constexpr ParameterRange length_range = {0, 100, true, "is it in millimetres?"},
+                                place_range = {-100, 100, false, "is it in millimetres?"},
+                                voltage_range = {0, 2000, true}, current_range = {0, 1000},
+                                lag_range = {0, 5, false, "is it in milliseconds?"};
+
+/// Notes what is wrong with the numbers of a section together, where none was noted of it since `before`.
+void note_faults(const YamlMap& yaml, std::size_t before, std::span<const ParameterFault> faults);
+
+/// Sections that several kinds of vehicles have. Mass and inertia: false where they have faults.
+bool read_mass(const ParameterLayer& layer, MassProperties& mass);
+std::string mass_text(const MassProperties& mass);
+
+/// A motor with its propeller.
+void read_electric(const ParameterLayer& layer, Propulsion& motor);
+std::string electric_text(const Propulsion& motor);
+
+/// Points by name; those of a gear that is there already are changed, others added behind them.
+void read_gear(const ParameterLayer& layer, std::optional<ContactGear>& gear);
+std::string gear_text(const ContactGear& gear);
+
+/// One of several kinds that a section can be of. A layer that changes some parameters of the kind that is there may
+/// leave out the others; another kind needs all.
+template <class Kind, class Variant, class Read>
+void read_kind(const ParameterLayer& layer, std::string_view key, Variant& variant, Read&& read) {
+  const auto yaml = layer.yaml().map(key);
+  if (!yaml) return;
+  const bool same = std::holds_alternative<Kind>(variant);
+  Kind kind = same ? std::get<Kind>(variant) : Kind{};
+  read(ParameterLayer(*yaml, layer.complete() || !same), kind);
+  variant = kind;
+}
+
+}  // namespace nadir::sim
