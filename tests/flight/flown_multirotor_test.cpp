@@ -179,7 +179,7 @@ TEST(FlownMultirotor, SaysWhyItCannotFly) {
   EXPECT_NE(message(storm).find("steady flight at"), std::string::npos) << message(storm);
   Options broken = options;
   broken.vehicle.rotors[1].thrust_axis *= 3;
-  EXPECT_NE(message(broken).find("rotor 2"), std::string::npos) << message(broken);
+  EXPECT_NE(message(broken).find("rotors.rear right: thrust_axis"), std::string::npos) << message(broken);
   Options heavy = options;
   heavy.vehicle.mass = MassProperties::create(14, {.jxx_kgm2 = 1, .jyy_kgm2 = 1, .jzz_kgm2 = 1}).value();
   EXPECT_NE(message(heavy).find("nothing to steer with"), std::string::npos) << message(heavy);

@@ -66,6 +66,52 @@ TEST_F(MultirotorRun, RunsAgainToTheSameBitsFromTheFileThatItWrote) {
   }
 }
 
+TEST_F(MultirotorRun, AModelIsANameOrAFileOrABaseWithWhatDiffers) {
+  const auto read = [&](const std::string& model, const std::string& more = "") {
+    const auto file = read_run_file(folder.write(
+        "run.yaml", "duration_s: 2\nscene:\n  layers:\n    eo: {map: m.tif}\nvehicles:\n" + copter(model, more)));
+    EXPECT_TRUE(file) << file.error().message;
+    return file.value();
+  };
+  const auto vehicle = [&](const RunFile& file) { return file.vehicles[0].second.multirotor_vehicle(); };
+  const std::string base =
+      "{base: multirotor, mass_kg: 2.4, battery: {cells: 6, capacity_ah: 8, resistance_ohm: 0.03}}";
+  const Multirotor light = vehicle(read(base));
+  EXPECT_EQ(light.mass.mass_kg(), 2.4);
+  EXPECT_EQ(light.battery->capacity_ah, 8);
+
+  folder.write("my_copter.yaml", to_yaml(light));
+  const RunFile of_file =
+      read("{file: my_copter.yaml, mass_kg: 2.5}", "    battery: {capacity_ah: 4, charge_share: 0.5}\n");
+  const Multirotor changed = vehicle(of_file);
+  EXPECT_EQ(changed.mass.mass_kg(), 2.5);
+  EXPECT_EQ(changed.battery->capacity_ah, 4);
+  EXPECT_EQ(changed.battery->resistance_ohm, 0.03) << "the model's own";
+  EXPECT_EQ(of_file.vehicles[0].second.multirotor->charge_share, 0.5);
+
+  // It flies, and does again from what was written of it
+  const Recorder seen = execute(copter("{file: my_copter.yaml}"), "20", false);
+  EXPECT_NEAR(seen.states.at("c").back().place.height_m, 30, 0.5);
+  const std::string written = to_yaml(of_file);
+  const auto again = read_run_file(folder.write("again.yaml", written));
+  ASSERT_TRUE(again) << again.error().message;
+  EXPECT_EQ(to_yaml(*again), written);
+}
+
+TEST_F(MultirotorRun, FaultsOfAModelAreToldByTheirLines) {
+  folder.write("my_copter.yaml", "base: multirotor\nmass_kg: -1\nrotors: {front left: {turns: right}}\n");
+  const std::string in_file = refusal(copter("{file: my_copter.yaml}"));
+  for (const char* part : {"my_copter.yaml:2: 'mass_kg'", "my_copter.yaml:3: 'rotors.front left.turns'"})
+    EXPECT_NE(in_file.find(part), std::string::npos) << part << "\n" << in_file;
+  const std::string here =
+      refusal(copter("{base: multirotor, mass_kg: -1, bttery: {cells: 6}}", "    flight: {sped_mps: 3}\n"));
+  for (const char* part : {"'vehicles.c.model.mass_kg': expected a number above 0",
+                           "unknown key 'vehicles.c.model.bttery'", "unknown key 'vehicles.c.flight.sped_mps'"})
+    EXPECT_NE(here.find(part), std::string::npos) << part << "\n" << here;
+  EXPECT_EQ(here.find("mission"), std::string::npos) << "its kind is known in spite of its faults\n" << here;
+  EXPECT_NE(refusal(copter("{base: multirotor, mass_kg: 16}")).find("vehicle c: "), std::string::npos);
+}
+
 TEST_F(MultirotorRun, SaysWhatIsWrong) {
   EXPECT_NE(refusal(copter("multirotr")).find("did you mean 'multirotor'?"), std::string::npos);
   EXPECT_NE(refusal(copter("multirotor", "    turn_radius_m: 30\n")).find("unknown key 'vehicles.c.turn_radius_m'"),

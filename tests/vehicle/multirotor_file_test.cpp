@@ -30,7 +30,7 @@ TEST(MultirotorFile, AreReadBackFromWhatIsWrittenToTheSameBits) {
     if (name == models[0]) {
       vehicle.battery = lithium_polymer(6, 10, 0.02);
       vehicle.rotors[2].rise_time_constant_s = 0.1;
-      vehicle.ground_effect = {.law = GroundEffect::Law::Polynomial, .force_n = {1, 2, 3, 4, 5}};
+      vehicle.ground_effect = {.law = GroundEffect::Law::Polynomial, .force_n = {-1, 2, 3, 4, 5}};
     }
     const Multirotor again = multirotor(to_yaml(vehicle, "    "));
     EXPECT_EQ(to_yaml(again), to_yaml(vehicle)) << name;
@@ -135,7 +135,8 @@ TEST(MultirotorFile, UnitsAndSignsThatCannotBeAreNamed) {
         Case{"  front left:", "  front left: {place_m: [-0.9, -0.9, 0], turns: clockwise}",
              "the centre of mass lies outside them"},
         Case{"drag:", "drag: {linear_nspm: -1}", "'drag.linear_nspm': expected a number from 0"},
-        Case{"ground_effect:", "ground_effect: cheesman", "no ground effect 'cheesman'; did you mean"},
+        Case{"ground_effect:", "ground_effect: cheesman",
+             "no ground effect 'cheesman'; known are none, cheeseman_bennett"},
         Case{"ground_effect:", "ground_effect: {polynomial_n: [1, 2]}", "expected 5 numbers, found 2"},
         Case{"ground_effect:", "battery: {capacity_ah: 5000, resistance_ohm: 0.02, cells: 6}", "is it in mA h?"},
         Case{"ground_effect:", "battery: {capacity_ah: 5, resistance_ohm: 0.02}", "'battery.cells': expected it, or"},
@@ -208,7 +209,10 @@ TEST(MultirotorFile, UnusualOnesAreWarnedOf) {
   };
   EXPECT_TRUE(vehicle_warnings(multirotor("base: multirotor\n" + battery(6, 0.02))).empty());
   expect(battery(12, 0.02), "its full battery has 50.4 V, and its motors are for 24 V");
-  expect("mass_kg: 6.5\n" + battery(6, 0.08), "cannot hover on the last 20 % of its battery");
+  expect(
+      "battery: {capacity_ah: 5, resistance_ohm: 0.02, open_circuit: [{charge_share: 0, voltage_v: 2}, {charge_share: "
+      "0.5, voltage_v: 24}, {charge_share: 1, voltage_v: 25}]}",
+      "cannot hover on the last 20 % of its battery");
 }
 
 TEST(MultirotorFile, CutOrSpoiltAnywhereItIsReadOrRefused) {
