@@ -163,6 +163,7 @@ TEST(MultirotorFile, WhatCannotBeTogetherIsNamed) {
   expect("base: multirotor_sil\n" + battery, "'battery': a battery needs electric motors, and rotors are driven by");
   expect("base: multirotor_lumped\n" + battery, "'battery': a battery needs electric motors, and rotors are lumped");
   expect("base: multirotor\nlumped: {max_thrust_n: 30}\n", "expected the key 'lumped.max_moment_nm'");
+  expect("base: multirotor_lumped\ndrive: {electric: {}}\n", "'drive': expected none, since rotors are lumped");
   expect("base: multirotor\nkind: fixed_wing\n", "expected multirotor, which the vehicle is that it changes");
   expect("base: multirotr\nmass_kg: -1\nrotors: {}\n", "did you mean 'multirotor'?");
   expect("base: multirotr\nmass_kg: -1\nrotors: {}\n", "vehicle.yaml:2: 'mass_kg'");

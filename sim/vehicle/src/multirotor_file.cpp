@@ -78,20 +78,20 @@ void read_rotor(const ParameterLayer& layer, bool driven, Rotor& rotor) {
   if (const auto drive = layer.optional_section("drive")) read_drive(ParameterLayer(drive->yaml(), !driven), rotor);
 }
 
+void drive_like(const Rotor& other, Rotor& rotor) {
+  rotor.drive = other.drive;
+  rotor.rise_time_constant_s = other.rise_time_constant_s;
+  rotor.fall_time_constant_s = other.fall_time_constant_s;
+}
+
 /// Rotors by name, of a drive for all of them or of their own. Gives the section, for what is wrong with one of them.
 std::optional<YamlMap> read_rotors(const ParameterLayer& layer, std::vector<Rotor>& rotors) {
   bool driven = !rotors.empty();
   Rotor common;  // drive of those that are added
-  if (driven) common.drive = rotors[0].drive;
-  if (driven) common.rise_time_constant_s = rotors[0].rise_time_constant_s;
-  if (driven) common.fall_time_constant_s = rotors[0].fall_time_constant_s;
+  if (driven) drive_like(rotors[0], common);
   if (const auto drive = layer.optional_section("drive")) {
     if (read_drive(ParameterLayer(drive->yaml(), !driven), common))
-      for (Rotor& rotor : rotors) {
-        rotor.drive = common.drive;
-        rotor.rise_time_constant_s = common.rise_time_constant_s;
-        rotor.fall_time_constant_s = common.fall_time_constant_s;
-      }
+      for (Rotor& rotor : rotors) drive_like(common, rotor);
     driven = true;
   }
   const auto section = layer.optional_section("rotors");
@@ -110,7 +110,6 @@ std::optional<YamlMap> read_rotors(const ParameterLayer& layer, std::vector<Roto
 }
 
 void read_lumped(const ParameterLayer& layer, std::optional<LumpedRotors>& lumped) {
-  if (!layer.yaml().has("lumped")) return;
   const auto yaml = layer.yaml().map("lumped");
   if (!yaml) return;
   const ParameterLayer section(*yaml, !lumped);
@@ -191,6 +190,7 @@ void apply(const ParameterLayer& layer, Multirotor& vehicle) {
   read_mass(layer, vehicle.mass);
   const auto rotors = read_rotors(layer, vehicle.rotors);
   read_lumped(layer, vehicle.lumped);
+  if (vehicle.lumped && yaml.has("drive")) yaml.fault("drive", "expected none, since rotors are lumped");
   if (layer.complete() && !yaml.has("rotors") && !vehicle.lumped) yaml.require("rotors");
   if (const auto drag = layer.optional_section("drag")) read_drag(*drag, vehicle.drag);
   read_ground_effect(layer, vehicle.ground_effect);
