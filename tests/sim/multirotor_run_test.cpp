@@ -103,6 +103,7 @@ TEST_F(MultirotorRun, FaultsOfAModelAreToldByTheirLines) {
   const std::string in_file = refusal(copter("{file: my_copter.yaml}"));
   for (const char* part : {"my_copter.yaml:2: 'mass_kg'", "my_copter.yaml:3: 'rotors.front left.turns'"})
     EXPECT_NE(in_file.find(part), std::string::npos) << part << "\n" << in_file;
+  EXPECT_EQ(in_file.find("mission"), std::string::npos) << "its kind is known in spite of its faults\n" << in_file;
   const std::string here =
       refusal(copter("{base: multirotor, mass_kg: -1, bttery: {cells: 6}}", "    flight: {sped_mps: 3}\n"));
   for (const char* part : {"'vehicles.c.model.mass_kg': expected a number above 0",
@@ -113,7 +114,9 @@ TEST_F(MultirotorRun, FaultsOfAModelAreToldByTheirLines) {
 }
 
 TEST_F(MultirotorRun, SaysWhatIsWrong) {
-  EXPECT_NE(refusal(copter("multirotr")).find("did you mean 'multirotor'?"), std::string::npos);
+  const std::string misspelt = refusal(copter("multirotr"));
+  EXPECT_NE(misspelt.find("did you mean 'multirotor'?"), std::string::npos);
+  EXPECT_EQ(misspelt.find("mission"), std::string::npos) << "what it flies is that of a multirotor\n" << misspelt;
   EXPECT_NE(refusal(copter("multirotor", "    turn_radius_m: 30\n")).find("unknown key 'vehicles.c.turn_radius_m'"),
             std::string::npos);
   EXPECT_NE(refusal(copter("multirotor_sil", "    battery: {cells: 6}\n")).find("a battery needs electric motors"),

@@ -189,7 +189,9 @@ void read_model(const YamlMap& yaml, const std::filesystem::path& folder, Vehicl
   models.push_back("poses");
   if (std::find(models.begin(), models.end(), vehicle.model) != models.end()) return;
   yaml.fault("model", fmt::format("no model '{}'{}", vehicle.model, suggestion(vehicle.model, models)));
-  vehicle.model = VehicleSetup().model;  // so that its other faults are found
+  // So that its other faults are found: of the kind that it most likely is
+  const std::string meant = nearest_name(vehicle.model, vehicle_models());
+  vehicle.model = meant.empty() ? VehicleSetup().model : meant;
 }
 
 VehicleSetup read_vehicle(const YamlMap& yaml, const SceneSetup& scene, const std::filesystem::path& folder) {

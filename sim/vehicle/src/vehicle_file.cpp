@@ -59,6 +59,19 @@ VehicleParameters read_upon_base(const YamlMap& yaml) {
   return read_changes(yaml, base ? *base : stand_in(yaml));
 }
 
+/// What a file gives, with faults or without.
+struct Read {
+  VehicleParameters vehicle;
+  Result<void> faults;
+};
+/// `otherwise`: where it is no map at all.
+Read read_text(const std::string& file_name, const std::string& text, VehicleParameters otherwise) {
+  const auto yaml = YamlMap::parse(file_name, text);
+  if (!yaml) return {std::move(otherwise), fail(yaml)};
+  VehicleParameters vehicle = read_upon_base(*yaml);
+  return {std::move(vehicle), yaml->finish()};
+}
+
 template <class Kind>
 Result<Kind> model_of_kind(std::string_view name, std::string_view kind) {
   auto vehicle = vehicle_model(name);
@@ -88,16 +101,20 @@ VehicleParameters read_vehicle(const YamlMap& yaml, const std::filesystem::path&
   const auto file = yaml.text("file");
   if (!file) return read_upon_base(yaml);
   if (yaml.has("base")) yaml.fault("base", "expected it or file, found both");
-  const auto vehicle = yaml.value_of("file", read_vehicle_file((folder / *file).lexically_normal()));
-  return read_changes(yaml, vehicle ? *vehicle : stand_in(yaml));
+  const std::filesystem::path path = (folder / *file).lexically_normal();
+  Read read{stand_in(yaml), {}};
+  if (const auto text = read_text_file(path))
+    read = read_text(path.string(), *text, std::move(read.vehicle));
+  else
+    read.faults = fail(text);
+  if (!read.faults) yaml.fault("file", read.faults.error().message);
+  return read_changes(yaml, std::move(read.vehicle));
 }
 
 Result<VehicleParameters> parse_vehicle(const std::string& file_name, const std::string& text) {
-  const auto yaml = YamlMap::parse(file_name, text);
-  if (!yaml) return fail(yaml);
-  VehicleParameters vehicle = read_upon_base(*yaml);
-  if (auto ok = yaml->finish(); !ok) return fail(ok);
-  return vehicle;
+  Read read = read_text(file_name, text, FixedWing{});
+  if (!read.faults) return fail(read.faults);
+  return std::move(read.vehicle);
 }
 
 Result<VehicleParameters> read_vehicle_file(const std::filesystem::path& path) {
