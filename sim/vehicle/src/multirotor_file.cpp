@@ -97,14 +97,8 @@ std::optional<YamlMap> read_rotors(const ParameterLayer& layer, std::vector<Roto
   const auto section = layer.optional_section("rotors");
   if (!section) return std::nullopt;
   for (const auto& [name, entry] : section->yaml().entries()) {
-    auto rotor = std::find_if(rotors.begin(), rotors.end(), [&](const Rotor& r) { return r.name == name; });
-    const bool changes = rotor != rotors.end();
-    if (!changes) {
-      rotors.push_back(common);
-      rotor = rotors.end() - 1;
-      rotor->name = name;
-    }
-    read_rotor(ParameterLayer(entry, !changes), driven, *rotor);
+    const NamedPart rotor(rotors, name, common);
+    read_rotor(ParameterLayer(entry, rotor.added), driven, *rotor.part);
   }
   return section->yaml();
 }

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <array>
 #include <limits>
 
@@ -143,13 +142,8 @@ void read_gear(const ParameterLayer& layer, std::optional<ContactGear>& gear) {
   std::vector<ContactPoint> points;
   if (gear) points = gear->points();
   for (const auto& [name, entry] : section->yaml().entries()) {
-    auto point = std::find_if(points.begin(), points.end(), [&](const auto& p) { return p.name == name; });
-    const bool changes = point != points.end();
-    if (!changes) {
-      points.push_back({.name = name});
-      point = points.end() - 1;
-    }
-    read_point(ParameterLayer(entry, !changes), *point);
+    const NamedPart point(points, name, ContactPoint{});
+    read_point(ParameterLayer(entry, point.added), *point.part);
   }
   if (layer.yaml().fault_count() != before) return;
   if (const auto made = layer.yaml().value_of<ContactGear>("gear", ContactGear::create(std::move(points))))

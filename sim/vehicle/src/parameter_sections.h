@@ -1,9 +1,11 @@
 #pragma once
 
+#include <algorithm>
 #include <optional>
 #include <span>
 #include <string>
 #include <variant>
+#include <vector>
 
 #include "nadir/sim/contact.h"
 #include "nadir/sim/parameter_layer.h"
@@ -32,6 +34,23 @@ std::string electric_text(const Propulsion& motor);
 /// Points by name; those of a gear that is there already are changed, others added behind them.
 void read_gear(const ParameterLayer& layer, std::optional<ContactGear>& gear);
 std::string gear_text(const ContactGear& gear);
+
+/// The part of that name; a new one like `fresh` behind the others where there is none, as `added` says.
+template <class Part>
+struct NamedPart {
+  NamedPart(std::vector<Part>& parts, const std::string& name, const Part& fresh) {
+    auto found = std::find_if(parts.begin(), parts.end(), [&](const Part& p) { return p.name == name; });
+    added = found == parts.end();
+    if (added) {
+      parts.push_back(fresh);
+      parts.back().name = name;
+      found = parts.end() - 1;
+    }
+    part = &*found;
+  }
+  Part* part;
+  bool added;
+};
 
 /// One of several kinds that a section can be of. A layer that changes some parameters of the kind that is there may
 /// leave out the others; another kind needs all.
