@@ -102,6 +102,15 @@ TEST(VehicleFile, AMapNamesAFileAndChangesIt) {
   EXPECT_TRUE(has(missing.finish().error().message, "run.yaml:1: 'file': ")) << missing.finish().error().message;
 }
 
+TEST(VehicleFile, KeysOfAnotherKindAreUnknownOverAFileToo) {
+  const test::TemporaryFolder folder;
+  folder.write("plane.yaml", model_text("junker"));
+  const auto yaml = YamlMap::parse("run.yaml", "file: plane.yaml\nbattery: {cells: 6}\n").value();
+  read_vehicle(yaml, folder.path());
+  ASSERT_FALSE(yaml.finish());
+  EXPECT_TRUE(has(yaml.finish().error().message, "unknown key 'battery'")) << yaml.finish().error().message;
+}
+
 TEST(VehicleFile, UnitsAndSignsThatCannotBeAreNamed) {
   struct Case {
     std::string_view key, line, expected;
@@ -126,6 +135,8 @@ TEST(VehicleFile, UnitsAndSignsThatCannotBeAreNamed) {
                         Case{"    torque:", "    torque: [0, 0, 0]", "needs torque to turn"},
                         Case{"kind:", "kind: zeppelin", "expected fixed_wing or multirotor, found 'zeppelin'"},
                         Case{"cruise_mps:", "cruse_mps: 25", "unknown key 'cruse_mps'; did you mean 'cruise_mps'?"},
+                        Case{"cruise_mps:", "cruise_mps: 25\nbattery: {cells: 6}", "unknown key 'battery'"},
+                        Case{"cruise_mps:", "cruise_mps: 25\nrotors: {}", "unknown key 'rotors'"},
                         Case{"cruise_mps:", "cruise_mps: .nan", "expected a number"}}) {
     const std::string said = message(changed(c.key, c.line));
     EXPECT_TRUE(has(said, c.expected)) << c.line << "\n" << said;

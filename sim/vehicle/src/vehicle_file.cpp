@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <memory>
 
 #include "nadir/base/files.h"
 #include "nadir/base/text.h"
@@ -15,7 +16,7 @@ namespace {
 
 constexpr std::array<std::string_view, 2> kind_names = {"fixed_wing", "multirotor"};  // in the order of the variant
 
-/// Of a map that does not say its kind: that which its other keys are of.
+/// Of a map that has not said its kind, which is a fault: that which its other keys are of. Asks for keys.
 bool looks_like_multirotor(const YamlMap& yaml) {
   return yaml.has("rotors") || yaml.has("lumped") || yaml.has("drive") || yaml.has("battery");
 }
@@ -34,14 +35,12 @@ VehicleParameters stand_in(const YamlMap& yaml) {
 /// Of the kind that the map says or, where it does not, seems to be of.
 VehicleParameters read_complete(const YamlMap& yaml) {
   yaml.require("kind");
-  bool multirotor = looks_like_multirotor(yaml);
-  if (const auto name = yaml.text("kind")) {
-    const auto kind = std::find(kind_names.begin(), kind_names.end(), *name);
-    if (kind == kind_names.end())
-      yaml.fault("kind", fmt::format("expected {} or {}, found '{}'", kind_names[0], kind_names[1], *name));
-    else
-      multirotor = kind != kind_names.begin();
-  }
+  const auto name = yaml.text("kind");
+  const auto kind = std::find(kind_names.begin(), kind_names.end(), name.value_or(""));
+  const bool known = kind != kind_names.end();
+  if (name && !known)
+    yaml.fault("kind", fmt::format("expected {} or {}, found '{}'", kind_names[0], kind_names[1], *name));
+  const bool multirotor = known ? kind != kind_names.begin() : looks_like_multirotor(yaml);
   return multirotor ? read_layer(yaml, true, Multirotor{}) : read_layer(yaml, true, FixedWing{});
 }
 
@@ -59,17 +58,25 @@ VehicleParameters read_upon_base(const YamlMap& yaml) {
   return read_changes(yaml, base ? *base : stand_in(yaml));
 }
 
-/// What a file gives, with faults or without.
-struct Read {
-  VehicleParameters vehicle;
+/// What a file gives: a vehicle, even where it has faults, or none where it is no map at all.
+struct FileRead {
+  std::unique_ptr<VehicleParameters> vehicle;
   Result<void> faults;
 };
-/// `otherwise`: where it is no map at all.
-Read read_text(const std::string& file_name, const std::string& text, VehicleParameters otherwise) {
+FileRead read_text(const std::string& file_name, const std::string& text) {
   const auto yaml = YamlMap::parse(file_name, text);
-  if (!yaml) return {std::move(otherwise), fail(yaml)};
-  VehicleParameters vehicle = read_upon_base(*yaml);
+  if (!yaml) return {nullptr, fail(yaml)};
+  auto vehicle = std::make_unique<VehicleParameters>(read_upon_base(*yaml));
   return {std::move(vehicle), yaml->finish()};
+}
+FileRead read_file(const std::filesystem::path& path) {
+  const auto text = read_text_file(path);
+  if (!text) return {nullptr, fail(text)};
+  return read_text(path.string(), *text);
+}
+Result<VehicleParameters> without_faults(FileRead read) {
+  if (!read.faults) return fail(read.faults);
+  return std::move(*read.vehicle);
 }
 
 template <class Kind>
@@ -101,26 +108,17 @@ VehicleParameters read_vehicle(const YamlMap& yaml, const std::filesystem::path&
   const auto file = yaml.text("file");
   if (!file) return read_upon_base(yaml);
   if (yaml.has("base")) yaml.fault("base", "expected it or file, found both");
-  const std::filesystem::path path = (folder / *file).lexically_normal();
-  Read read{stand_in(yaml), {}};
-  if (const auto text = read_text_file(path))
-    read = read_text(path.string(), *text, std::move(read.vehicle));
-  else
-    read.faults = fail(text);
+  FileRead read = read_file((folder / *file).lexically_normal());
   if (!read.faults) yaml.fault("file", read.faults.error().message);
-  return read_changes(yaml, std::move(read.vehicle));
+  return read_changes(yaml, read.vehicle ? std::move(*read.vehicle) : stand_in(yaml));
 }
 
 Result<VehicleParameters> parse_vehicle(const std::string& file_name, const std::string& text) {
-  Read read = read_text(file_name, text, FixedWing{});
-  if (!read.faults) return fail(read.faults);
-  return std::move(read.vehicle);
+  return without_faults(read_text(file_name, text));
 }
 
 Result<VehicleParameters> read_vehicle_file(const std::filesystem::path& path) {
-  const auto text = read_text_file(path);
-  if (!text) return fail(text);
-  return parse_vehicle(path.string(), *text);
+  return without_faults(read_file(path));
 }
 
 std::vector<std::string> vehicle_warnings(const VehicleParameters& vehicle) {
