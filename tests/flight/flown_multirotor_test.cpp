@@ -28,6 +28,7 @@ struct Options {
   Vector3d wind_ned_mps = Vector3d(2, -3, 0);
   double turbulence_mps = 0, charge_share = 1;
   bool integrate_currents = false;
+  std::shared_ptr<const Ground> ground = std::make_shared<PlaneGround>(scene, 0);
   Scheme scheme{.method = Method::Rk4, .steps = 4};
 };
 
@@ -47,7 +48,7 @@ Result<Flight> flight_of(const Options& options) {
                                  .mission = options.mission,
                                  .wind_ned_mps = options.wind_ned_mps,
                                  .charge_share = options.charge_share,
-                                 .ground = {.height_above_m = above_ground_m},
+                                 .ground = options.ground,
                                  .integrate_currents = options.integrate_currents,
                                  .scheme = options.scheme});
   if (!vehicle) return fail(vehicle);

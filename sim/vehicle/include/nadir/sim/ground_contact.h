@@ -102,6 +102,11 @@ constexpr double still_mps = 3 * friction_speed_mps, still_mps2 = 0.01, woken_mp
 
 }  // namespace contact_parts
 
+/// A body that stands at rest, parallel to the ground under `place`: its lowest point on it, springs unloaded, facing
+/// `yaw_rad`.
+BodyState standing_body(const Environment& environment, const ContactGear& gear, const Ground& ground,
+                        const geodesy::Geodetic& place, double yaw_rad);
+
 /// Moves a vehicle over ground, and on it.
 ///
 /// Away from the ground a step is the caller's own and costs a distance more: a ball without ground around a place is
