@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <numbers>
 
 #include "nadir/sim/step.h"
 #include "vehicle/slope.h"
@@ -87,9 +86,7 @@ class Parked {
   double sink_mps() const { return -state.velocity.xyz.dot(ground_->under(state.position).normal_ecef); }
   Vector3d enu_m() const { return (frame.enu_from_ecef() * state.position).xyz; }
   void move_ned(const Vector3d& mps) { state.velocity.xyz = geodesy::ecef_from_ned(origin).rotation * mps; }
-  const std::string& name(int point) const {
-    return contact_->gear().points()[static_cast<std::size_t>(point)].name;
-  }
+  const std::string& name(int point) const { return contact_->gear().points()[static_cast<std::size_t>(point)].name; }
 
   Multirotor vehicle;
   MultirotorState state;

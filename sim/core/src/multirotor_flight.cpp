@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
-#include "pose_sources.h"
 #include "flight_air.h"
 #include "flight_parts.h"
 #include "nadir/sim/flown_multirotor.h"
 #include "nadir/sim/ground_setup.h"
 #include "nadir/sim/multirotor_ground.h"
+#include "pose_sources.h"
 #include "scene_place.h"
 
 namespace nadir::sim {

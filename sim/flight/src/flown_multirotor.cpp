@@ -171,8 +171,8 @@ class FlownMultirotor final : public FlownVehicle {
     if (before_.standing && !state_.standing) leaves_ = FlightEvent{"lift-off", state_ns_, words(state_, state_ns_)};
     if (state_.standing) {
       if (!before_.standing && !leaves_)
-        events_.push_back({"touch-down", state_ns_,
-                           fmt::format("at {:.2f} m/s, {}", report.impact_mps, words(state_, state_ns_))});
+        events_.push_back(
+            {"touch-down", state_ns_, fmt::format("at {:.2f} m/s, {}", report.impact_mps, words(state_, state_ns_))});
       leaves_.reset();
     } else if (leaves_ && state_ns_ - leaves_->time_ns >= hop_ns) {
       events_.push_back(*leaves_);
@@ -212,7 +212,8 @@ class FlownMultirotor final : public FlownVehicle {
                       const AirOverTime& air, ContactWork& ground_work) const {
     if (from_ns == to_ns) return Moved{from, {}};
     const double from_s = seconds_from_ns(from_ns), to_s = seconds_from_ns(to_ns);
-    const MultirotorMotion motion(flight_.vehicle, flight_.environment, from.vehicle, controls_, air, from_s, currents_);
+    const MultirotorMotion motion(flight_.vehicle, flight_.environment, from.vehicle, controls_, air, from_s,
+                                  currents_);
     const auto fly = [&](const auto& f, double t_s, double end_s, Vector& x) -> Result<void> {
       if (auto ok = integrator.advance(f, t_s, end_s, x); !ok) return ok;
       renormalise_quaternion(x, body_quaternion_at);

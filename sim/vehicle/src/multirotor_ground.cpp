@@ -102,9 +102,8 @@ GroundContact<Vector> ground_for(const Multirotor& vehicle, std::shared_ptr<cons
   Tolerance<Vector> tolerance = GroundContact<Vector>::usual_tolerance(like);
   // Speeds of rotors and currents matter to a body by what they lift
   tolerance.absolute.tail(like.size() - 13).setConstant(1e-3);
-  const double low_m = vehicle.ground_effect.law == GroundEffect::Law::None
-                           ? 0
-                           : ground_effect_radii * hubs_of(vehicle).radius_m;
+  const double low_m =
+      vehicle.ground_effect.law == GroundEffect::Law::None ? 0 : ground_effect_radii * hubs_of(vehicle).radius_m;
   // Any place tells how the Earth turns
   const auto earth_rate = environment.at(geodesy::ecef_from_geodetic({})).earth_rate_ecef_radps;
   return {gear_of(vehicle), std::move(ground), earth_rate, low_m, std::move(tolerance)};

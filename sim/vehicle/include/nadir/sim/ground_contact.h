@@ -274,8 +274,8 @@ class GroundContact {
 
   /// Stays where it is, unless loads have changed by too much since it settled: then false.
   template <class Motion, class Fly>
-  Result<bool> rest(const Motion& motion, const Fly& fly, double t_s, double end_s, const GearCommand& command, Vector& x,
-                    ContactState& state, ContactWork& work) const {
+  Result<bool> rest(const Motion& motion, const Fly& fly, double t_s, double end_s, const GearCommand& command,
+                    Vector& x, ContactState& state, ContactWork& work) const {
     const double height_m = ground_->under({x.template head<3>()}).height_m;
     ++work.looks;
     const auto held = [&](double time_s, const Vector& at) { return motion(time_s, at, state.held, height_m); };

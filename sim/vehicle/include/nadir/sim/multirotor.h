@@ -115,9 +115,9 @@ MultirotorOutput output(const Multirotor& vehicle, const Environment& environmen
 void follow_for(const Multirotor& vehicle, const MultirotorControls& controls, double duration_s,
                 MultirotorState& state);
 
-/// The state `dt_s` after `t_s`, far from any ground, by Runge-Kutta steps with controls held: as many as motors need that
-/// are faster than `dt_s`; currents are integrated where a step is shorter than their lag, else settled. Fails where the motion
-/// diverges.
+/// The state `dt_s` after `t_s`, far from any ground, by Runge-Kutta steps with controls held: as many as motors need
+/// that are faster than `dt_s`; currents are integrated where a step is shorter than their lag, else settled. Fails
+/// where the motion diverges.
 Result<MultirotorState> advance(const Multirotor& vehicle, const Environment& environment, const MultirotorState& state,
                                 const MultirotorControls& controls, const AirOverTime& air, double t_s, double dt_s);
 

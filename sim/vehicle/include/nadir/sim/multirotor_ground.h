@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <type_traits>
 
 #include "nadir/sim/ground_contact.h"
 #include "nadir/sim/multirotor_motion.h"
@@ -12,8 +13,8 @@ namespace nadir::sim {
 /// Four skids stand at 0.8 of how far hubs reach forward and to the right, under the centre of mass by 0.6 of the
 /// farthest hub's distance. They give by 4 mm under the weight, so that it swings on them at 50 rad/s, with 0.3 of
 /// critical damping; a touch-down at 1 m/s on all four takes 8 mm and six times the weight, and one at about 3 m/s,
-/// which is 28 times the weight, breaks them. Tips of rotors, belly and top may not touch. Hubs of lumped rotors are taken
-/// to reach as far, forward and to the right, as the radius of gyration about z.
+/// which is 28 times the weight, breaks them. Tips of rotors, belly and top may not touch. Hubs of lumped rotors are
+/// taken to reach as far, forward and to the right, as the radius of gyration about z.
 ContactGear gear_of(const Multirotor& vehicle);
 
 /// Under the centre of mass is the lowest skid or wheel so far.
