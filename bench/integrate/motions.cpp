@@ -197,7 +197,7 @@ Motion<n> hover_of(const char* name, const sim::Multirotor& vehicle) {
       controls.actuators[rotor] *= 1 + 0.02 * std::sin(2 * pi * i / (80.0 + 10 * static_cast<double>(rotor)));
     return [=](double t_s, const Vector& x) -> Vector {
       const AirOverTime still;
-      const MultirotorMotion moves(vehicle, earth, state, controls, still, 0, far_below_m, CurrentModel::Integrated);
+      const MultirotorMotion moves(vehicle, earth, state, controls, still, 0, CurrentModel::Integrated);
       Vector there = x;
       there.template head<3>() += origin;
       if constexpr (n == 13) {

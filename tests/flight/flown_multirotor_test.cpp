@@ -3,12 +3,15 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 
 #include "nadir/sim/flight.h"
+#include "nadir/sim/multirotor_ground.h"
 #include "nadir/sim/plan_motion.h"
 #include "vehicle/models.h"
+#include "vehicle/slope.h"
 
 namespace nadir::sim {
 namespace {
@@ -29,6 +32,7 @@ struct Options {
   Vector3d wind_ned_mps = Vector3d(2, -3, 0);
   double turbulence_mps = 0, charge_share = 1;
   bool integrate_currents = false;
+  std::shared_ptr<const Ground> ground = std::make_shared<PlaneGround>(scene, 0);
   Scheme scheme{.method = Method::Rk4, .steps = 4};
 };
 
@@ -48,7 +52,7 @@ Result<Flight> flight_of(const Options& options) {
                                  .mission = options.mission,
                                  .wind_ned_mps = options.wind_ned_mps,
                                  .charge_share = options.charge_share,
-                                 .ground = {.height_above_m = above_ground_m},
+                                 .ground = options.ground,
                                  .integrate_currents = options.integrate_currents,
                                  .scheme = options.scheme});
   if (!vehicle) return fail(vehicle);
@@ -69,35 +73,36 @@ TEST(FlownMultirotor, TakesOffFliesAndTouchesDownAsSlowlyAsAsked) {
     Options options{.vehicle = vehicle, .mission = hop()};
     options.mission.landing_mps = 0.4;
     Flight flight = flight_of(options).value();
-    double highest_m = 0, sink_mps = -1, touched_s = -1;
-    Vector3d before = Vector3d::Zero();
-    while (flight.time_ns() < 90 * second_ns && touched_s < 0) {
+    double highest_m = 0, sink_mps = -1;
+    while (flight.time_ns() < 90 * second_ns && flight.events().size() < 2) {
+      sink_mps = flight.at(flight.time_ns()).value().data.velocity_ned_mps.z();
       ASSERT_TRUE(flight.fly(flight.time_ns() + Flight::period_ns));
-      const FlightState now = flight.at(flight.time_ns()).value();
-      const double height_m = above_ground_m(now.body.position);
-      highest_m = std::max(highest_m, height_m);
-      if (highest_m > 11 && now.body.velocity.xyz.norm() == 0) {
-        touched_s = static_cast<double>(flight.time_ns()) * 1e-9;
-        sink_mps = before.z();
-        EXPECT_NEAR(height_m, 0.15, 1e-6);
-      }
-      before = now.data.velocity_ned_mps;
+      highest_m = std::max(highest_m, above_ground_m(flight.vehicle().body().position));
     }
+    ASSERT_EQ(flight.events().size(), 2u);
+    EXPECT_EQ(flight.events()[0].name, "lift-off");
+    EXPECT_LT(flight.events()[0].time_ns, 2 * second_ns);
+    EXPECT_EQ(flight.events()[1].name, "touch-down");
+    EXPECT_EQ(flight.events()[1].time_ns, flight.time_ns());
     EXPECT_NEAR(highest_m, 12, 1.5);
     EXPECT_NEAR(sink_mps, 0.4, 0.15);
-    EXPECT_GT(touched_s, 20);
+    EXPECT_GT(flight.time_ns(), 20 * second_ns);
     const Vector3d enu = (scene.enu_from_ecef() * flight.vehicle().body().position).xyz;
     EXPECT_NEAR((enu.head<2>() - Eigen::Vector2d(10, 20)).norm(), 0, 1);
-    // It stands there with its rotors off, and feels its weight
+    // It stands there with its rotors off, by what its springs give, and feels its weight
     ASSERT_TRUE(flight.fly(flight.time_ns() + 3 * second_ns));
     const FlightState end = flight.at(flight.time_ns()).value();
     EXPECT_EQ(end.data.throttle, 0);
     EXPECT_EQ(end.body.velocity.xyz.norm(), 0);
     EXPECT_NEAR(end.data.specific_force_mps2.norm(), 9.8, 0.05);
-    ASSERT_EQ(flight.events().size(), 2u);
-    EXPECT_EQ(flight.events()[0].name, "lift-off");
-    EXPECT_EQ(flight.events()[1].name, "touch-down");
-    EXPECT_NEAR(seconds_from_ns(flight.events()[1].time_ns), touched_s, 1e-9);
+    EXPECT_NEAR(above_ground_m(end.body.position), standing_height_m(gear_of(vehicle)) - 0.004, 2e-4);
+    EXPECT_EQ(flight.events().size(), 2u);
+    const auto channel = [&](const char* name) {
+      const auto names = flight.vehicle().channels();
+      return end.data.channels[static_cast<std::size_t>(std::find(names.begin(), names.end(), name) - names.begin())];
+    };
+    EXPECT_EQ(channel("legs_on_ground"), 4);
+    EXPECT_NEAR(channel("ground_force_n"), 9.8 * vehicle.mass.mass_kg(), 0.5);
   }
 }
 
@@ -164,6 +169,62 @@ TEST(FlownMultirotor, AnEmptyBatteryEndsInACrashThatIsSaid) {
   EXPECT_GT(flight.ended()->time_ns, flight.events()[0].time_ns);
   const FlightState last = flight.at(flight.ended()->time_ns).value();
   EXPECT_TRUE(to_vector(last.body).allFinite());
+}
+
+TEST(FlownMultirotor, InTheAirTheGroundChangesNothingAndCostsNothing) {
+  Options options;
+  options.mission.start = {0, 0, 60};
+  options.mission.waypoints = {{.at = {10, 0, 62}, .hold_s = {}, .speed_mps = {}, .yaw_rad = {}}};
+  Flight over = flight_of(options).value();
+  options.ground = nullptr;
+  Flight without = flight_of(options).value();
+  ASSERT_TRUE(over.fly(20 * second_ns));
+  ASSERT_TRUE(without.fly(20 * second_ns));
+  EXPECT_EQ(to_vector(over.vehicle().body()), to_vector(without.vehicle().body()));
+  EXPECT_EQ(over.vehicle().work().evaluations, 4 * 4 * 2000);
+  EXPECT_EQ(without.vehicle().work().evaluations, 4 * 4 * 2000);
+}
+
+/// Up from a slope that falls to the east, and down on it again 8 m to the north, in wind of (2, -3) m/s.
+Options slope_hop(double slope_rad, bool from_ground = true) {
+  Options options{.mission = hop(), .wind_ned_mps = {2, -3, 0}};
+  options.ground = std::make_shared<SlopeEast>(scene, slope_rad);
+  options.mission.waypoints = {{.at = {8, 0, 6}, .hold_s = 1, .speed_mps = {}, .yaw_rad = {}}};
+  options.mission.from_ground = from_ground;
+  if (!from_ground) options.mission.start = {0, 0, 6};
+  return options;
+}
+
+TEST(FlownMultirotor, TakesOffFromASlopeAndStandsOnItOnFourLegs) {
+  Flight flight = flight_of(slope_hop(0.2)).value();
+  ASSERT_TRUE(flight.fly(40 * second_ns)) << in_words(*flight.ended());
+  ASSERT_EQ(flight.events().size(), 2u);
+  EXPECT_EQ(flight.events()[0].name, "lift-off");
+  EXPECT_EQ(flight.events()[1].name, "touch-down");
+  const BodyState& body = flight.vehicle().body();
+  const Vector3d up_enu = scene.enu_from_ecef().rotation * (body.ecef_from_body.quaternion * -Vector3d::UnitZ());
+  EXPECT_NEAR(std::acos(up_enu.dot(Vector3d(std::sin(0.2), 0, std::cos(0.2)))), 0, 0.02);
+  EXPECT_EQ(body.velocity.xyz.norm(), 0);
+}
+
+TEST(FlownMultirotor, ASlopeThatIsTooSteepEndsInACrashThatSaysWhatMetIt) {
+  Flight flight = flight_of(slope_hop(0.9, false)).value();
+  ASSERT_FALSE(flight.fly(40 * second_ns));
+  ASSERT_TRUE(flight.ended());
+  EXPECT_EQ(flight.ended()->name, "crash");
+  EXPECT_NE(flight.ended()->text.find("the rotor "), std::string::npos) << flight.ended()->text;
+  EXPECT_NE(flight.ended()->text.find(" m above the ellipsoid"), std::string::npos) << flight.ended()->text;
+}
+
+TEST(FlownMultirotor, FlightsThatTouchTheGroundCanBePlanned) {
+  const auto plan = plan_motion(
+      [](const Scheme& scheme) {
+        Options options = slope_hop(0.2);
+        options.scheme = scheme;
+        return flight_of(options);
+      },
+      1e-2, 3 * second_ns);
+  EXPECT_TRUE(plan) << plan.error().message;
 }
 
 TEST(FlownMultirotor, SaysWhyItCannotFly) {

@@ -44,7 +44,7 @@ TEST(MultirotorOracle, ThePublishedGroundEffect) {
     state.position = geodesy::ecef_from_geodetic(origin);
     state.ecef_from_body.quaternion = Eigen::Quaterniond(flat.at(state.position).ecef_from_ned);
     const MultirotorControls off{RotorValues::Zero(4)};
-    const double lift = -output(vehicle, flat, state, off, AirMotion{}, -row.height_m).loads.force_body_n.z();
+    const double lift = -output(vehicle, flat, state, off, AirMotion{}, row.height_m).loads.force_body_n.z();
     EXPECT_NEAR(lift, row.force_n, 0.5e-2) << row.height_m;
   }
 }

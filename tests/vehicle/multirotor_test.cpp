@@ -82,7 +82,7 @@ TEST(Multirotor, GroundEffectIsCheesemanAndBennettsPerRotor) {
   MultirotorState state = level(vehicle, controls);
   const double radius = 0.381 / 2;
   const auto lift = [&](double height_m) {
-    return -output(vehicle, flat, state, controls, AirMotion{}, -height_m).loads.force_body_n.z();
+    return -output(vehicle, flat, state, controls, AirMotion{}, height_m).loads.force_body_n.z();
   };
   const double far = lift(1e9);
   for (const double ratio : {0.5, 1.0, 2.0, 4.0})
@@ -91,11 +91,11 @@ TEST(Multirotor, GroundEffectIsCheesemanAndBennettsPerRotor) {
   for (double h = 0; h < 3; h += 0.01) EXPECT_LE(lift(h + 0.01), lift(h)) << "less with height, everywhere";
   // Rolled to the right, the right rotors are lower and lift more: it rights itself
   state.ecef_from_body.quaternion = state.ecef_from_body.quaternion * geodesy::quaternion_from({0, 0, 0.3});
-  EXPECT_LT(output(vehicle, flat, state, controls, AirMotion{}, -0.3).loads.moment_body_nm.x(), -0.01);
+  EXPECT_LT(output(vehicle, flat, state, controls, AirMotion{}, 0.3).loads.moment_body_nm.x(), -0.01);
   // Wind takes the cushion away
   state = level(vehicle, controls);
   EXPECT_GT(lift(0.2),
-            -output(vehicle, flat, state, controls, AirMotion(Vector3d(10, 0, 0)), -0.2).loads.force_body_n.z());
+            -output(vehicle, flat, state, controls, AirMotion(Vector3d(10, 0, 0)), 0.2).loads.force_body_n.z());
 }
 
 TEST(Multirotor, YawFollowsFromRotorsThatTurnAgainstTheClock) {
@@ -219,7 +219,7 @@ TEST(Multirotor, CurrentsIntegratedOrSettledGiveTheSameFlight) {
   MultirotorState settled = start;
   for (int i = 0; i < 40; ++i) settled = advance(vehicle, flat, settled, controls, still, i / 400.0, 1.0 / 400).value();
 
-  const MultirotorMotion motion(vehicle, flat, start, controls, still, 0, far_below_m, CurrentModel::Integrated);
+  const MultirotorMotion motion(vehicle, flat, start, controls, still, 0, CurrentModel::Integrated);
   MultirotorVector x = to_vector(vehicle, start, CurrentModel::Integrated);
   ASSERT_EQ(x.size(), 13 + 8);
   auto tolerance = Tolerance<MultirotorVector>::same(x, 1e-7, 0);

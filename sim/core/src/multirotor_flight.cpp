@@ -6,6 +6,8 @@
 #include "flight_air.h"
 #include "flight_parts.h"
 #include "nadir/sim/flown_multirotor.h"
+#include "nadir/sim/ground_setup.h"
+#include "nadir/sim/multirotor_ground.h"
 #include "pose_sources.h"
 #include "scene_place.h"
 
@@ -69,9 +71,7 @@ Result<MultirotorMission> mission_of(const VehicleSetup& setup, const render::Su
 Result<std::unique_ptr<PoseSource>> make_multirotor_flight(const RunFile& run, const std::string& name,
                                                            const VehicleSetup& setup, const render::Surface& ground) {
   const Multirotor vehicle = setup.multirotor_vehicle();
-  const MultirotorGround stands{
-      .height_above_m = [ground](const Point<frame::Ecef>& place) { return height_above_ground_m(ground, place); }};
-  const auto mission = mission_of(setup, ground, stands.legs_m);
+  const auto mission = mission_of(setup, ground, standing_height_m(gear_of(vehicle)));
   if (!mission) return fail(mission);
   const LocalFrame& scene = ground.frame();
   const Waypoint& start = mission->start;
@@ -91,7 +91,7 @@ Result<std::unique_ptr<PoseSource>> make_multirotor_flight(const RunFile& run, c
                                  .mission = *mission,
                                  .wind_ned_mps = air->air().end().velocity_ned_mps,
                                  .charge_share = setup.multirotor->charge_share,
-                                 .ground = stands,
+                                 .ground = ground_of(ground),
                                  .tolerance_m = setup.trajectory_tolerance_m,
                                  .scheme = scheme});
     if (!flown) return fail(flown);

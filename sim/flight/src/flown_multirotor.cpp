@@ -4,10 +4,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <bit>
 #include <cassert>
 #include <cmath>
 #include <optional>
 
+#include "nadir/sim/multirotor_ground.h"
 #include "nadir/sim/multirotor_motion.h"
 #include "nadir/sim/multirotor_trim.h"
 
@@ -35,9 +37,9 @@ BodyVector vector_of(const Multirotor&, const MultirotorState& state, CurrentMod
   return to_vector(static_cast<const BodyState&>(state));
 }
 
-std::vector<std::string> channel_names(const Multirotor& vehicle) {
-  if (vehicle.lumped) return {"thrust_share", "roll_share", "pitch_share", "yaw_share", "waypoint"};
+std::vector<std::string> channel_names(const Multirotor& vehicle, bool over_ground) {
   std::vector<std::string> names;
+  if (vehicle.lumped) names = {"thrust_share", "roll_share", "pitch_share", "yaw_share"};
   for (std::size_t i = 1; i <= vehicle.rotors.size(); ++i) {
     names.push_back(fmt::format("rotor{}_throttle", i));
     names.push_back(fmt::format("rotor{}_thrust_n", i));
@@ -46,6 +48,8 @@ std::vector<std::string> channel_names(const Multirotor& vehicle) {
   }
   if (vehicle.battery)
     for (const char* name : {"battery_v", "battery_a", "battery_share"}) names.push_back(name);
+  if (over_ground)
+    for (const char* name : {"legs_on_ground", "ground_force_n"}) names.push_back(name);
   names.push_back("waypoint");
   return names;
 }
@@ -57,23 +61,24 @@ class FlownMultirotor final : public FlownVehicle {
   FlownMultirotor(MultirotorFlight flight, MultirotorControl control, MultirotorPilot pilot, MultirotorState state,
                   const MultirotorControls& controls, bool standing)
       : flight_(std::move(flight)),
-        channels_(channel_names(flight_.vehicle)),
+        channels_(channel_names(flight_.vehicle, flight_.ground != nullptr)),
         currents_(flight_.integrate_currents && state.current_a.size() > 0 ? CurrentModel::Integrated
                                                                            : CurrentModel::Settled),
         control_(std::move(control)),
         pilot_(std::move(pilot)),
-        state_{std::move(state), standing},
+        state_{std::move(state), {}, standing},
         before_(state_),
         controls_(controls),
         integrator_(flight_.scheme, vector(state_.vehicle), tolerance_of(vector(state_.vehicle), flight_.tolerance_m)) {
     control_.reset(state_.vehicle, now(AirMotion(flight_.wind_ned_mps)));
+    if (flight_.ground)
+      ground_ = ground_for(flight_.vehicle, flight_.ground, flight_.environment, vector(state_.vehicle));
   }
 
   const BodyState& body() const override { return state_.vehicle; }
 
   Result<void> decide(std::int64_t time_ns, const AirMotion& air) override {
     const Navigation here = now(air);
-    ground_m_ = ground_below(state_.vehicle);
     setpoint_ = pilot_.setpoint(seconds_from_ns(time_ns), control_period_s, state_.standing);
     if (pilot_.rotors_off()) {
       controls_.actuators.setZero();
@@ -85,76 +90,88 @@ class FlownMultirotor final : public FlownVehicle {
   }
 
   Result<void> move(std::int64_t from_ns, std::int64_t to_ns, const AirOverTime& air) override {
-    auto next = moved(integrator_, state_, from_ns, to_ns, air);
+    auto next = moved(integrator_, state_, from_ns, to_ns, air, ground_work_);
     if (!next) return fail(next);
     before_ = state_;
     before_ns_ = from_ns;
-    state_ = *next;
+    state_ = std::move(next->stance);
     state_ns_ = to_ns;
-    note_events(air.at(seconds_from_ns(to_ns)));
+    work_ = integrator_.work();
+    work_ += ground_work_.contact;
+    note_events(next->report, air);
     return {};
   }
 
   Result<FlightState> at(std::int64_t time_ns, const AirOverTime& air) const override {
-    assert(time_ns >= before_ns_ && time_ns <= state_ns_);
-    Stance then = state_;
-    if (time_ns < state_ns_) {  // a way of its own from where the period began: not interpolated
-      Scheme scheme = flight_.scheme;
-      const double share = static_cast<double>(time_ns - before_ns_) / static_cast<double>(state_ns_ - before_ns_);
-      scheme.steps = std::max(1, static_cast<int>(std::ceil(scheme.steps * share)));
-      const Vector like = vector(before_.vehicle);
-      Integrator<Vector> integrator(scheme, like, tolerance_of(like, flight_.tolerance_m));
-      auto within = moved(integrator, before_, before_ns_, time_ns, air);
-      if (!within) return fail(within);
-      then = *within;
-    }
+    const auto stance = stance_at(time_ns, air);
+    if (!stance) return fail(stance);
+    const MultirotorState& now = stance->vehicle;
+    const GroundTouch touch = ground_ ? ground_->touch(vector(now), stance->contact, {}) : GroundTouch{};
     const AirMotion moving = air.at(seconds_from_ns(time_ns));
-    const BodyInAir in_air = body_in_air(then.vehicle, flight_.environment, moving);
-    const MultirotorOutput out = output(flight_.vehicle, in_air, then.vehicle, controls_, ground_m_, currents_);
-    FlightState state{then.vehicle, {}};
+    const BodyInAir in_air = body_in_air(now, flight_.environment, moving);
+    const MultirotorOutput out = output(flight_.vehicle, in_air, now, controls_, touch.height_m, currents_);
+    FlightState state{now, {}};
     FlightData& data = state.data;
     const Eigen::Matrix3d ned_from_ecef = in_air.here.ecef_from_ned.transpose();
-    data.velocity_ned_mps = ned_from_ecef * then.vehicle.velocity.xyz;
-    data.rates_radps = then.vehicle.body_rates_radps;
-    data.specific_force_mps2 = then.standing
-                                   ? Vector3d(-(in_air.ecef_from_body.transpose() * in_air.here.gravity_ecef_mps2))
-                                   : Vector3d(out.loads.force_body_n / flight_.vehicle.mass.mass_kg());
+    data.velocity_ned_mps = ned_from_ecef * now.velocity.xyz;
+    data.rates_radps = now.body_rates_radps;
+    data.specific_force_mps2 = (out.loads + touch.loads).force_body_n / flight_.vehicle.mass.mass_kg();
     data.wind_ned_mps = moving.velocity_ned_mps;
     data.airspeed_mps = in_air.flow.airspeed_mps;
     data.alpha_rad = in_air.flow.alpha_rad;
     data.beta_rad = in_air.flow.beta_rad;
     data.throttle = flight_.vehicle.lumped ? controls_.actuators[0] : controls_.actuators.mean();
     data.commanded_height_m = -setpoint_.position_ned_m.z();
-    note_off_path(then.vehicle, data);
-    note_channels(then.vehicle, out, data.channels);
+    note_off_path(now, data);
+    note_channels(now, out, touch, data.channels);
     return state;
   }
 
   std::span<const std::string> channels() const override { return channels_; }
   std::span<const FlightEvent> events() const override { return events_; }
-  const Work& work() const override { return integrator_.work(); }
+  const Work& work() const override { return work_; }
 
  private:
   /// A state, and how it stands to the ground.
   struct Stance {
     MultirotorState vehicle;
-    bool standing = false;
-    std::string crash = {};  // a touch that it does not stand
-    double touch_mps = 0;    // sink rate of the last touch
+    ContactState contact;
+    bool standing = false;  // touches it, or did within the period
+  };
+  struct Moved {
+    Stance stance;
+    ContactReport report;
   };
 
   /// What the last period brought.
-  void note_events(const AirMotion& air) {
-    const auto words = [&] { return in_words(state_.vehicle, flight_.environment, air); };
-    const auto tell = [&](const char* name, const std::string& how, bool ends = false) {
-      events_.push_back({name, state_ns_, how + words(), ends});
+  void note_events(const ContactReport& report, const AirOverTime& air) {
+    const auto words = [&](const Stance& then, std::int64_t time_ns) {
+      return in_words(then.vehicle, flight_.environment, air.at(seconds_from_ns(time_ns)));
     };
-    if (flight_.vehicle.battery && state_.vehicle.charge_ah <= 0 && before_.vehicle.charge_ah > 0)
-      tell("battery empty", "");
-    if (!state_.crash.empty()) return tell("crash", state_.crash + ", ", true);
-    if (before_.standing && !state_.standing) leaves_ = FlightEvent{"lift-off", state_ns_, words()};
+    const bool empty = flight_.vehicle.battery && state_.vehicle.charge_ah <= 0;
+    if (empty && before_.vehicle.charge_ah > 0)
+      events_.push_back({"battery empty", state_ns_, words(state_, state_ns_)});
+
+    // The first thing that breaks or must not touch
+    const auto &part = report.part, &broken = report.broken;
+    if (part || broken) {
+      const bool breaks = broken && (!part || broken->time_s < part->time_s);
+      const ContactReport::Crash& crash = breaks ? *broken : *part;
+      const std::int64_t time_ns = std::clamp(ns_from_seconds(crash.time_s), before_ns_, state_ns_);
+      const std::string& name = ground_->gear().points()[static_cast<std::size_t>(crash.point)].name;
+      // The period was flown to its end, so its parts can be
+      if (const auto then = stance_at(time_ns, air))
+        events_.push_back({"crash", time_ns,
+                           fmt::format("the {} {}{}, {}", name, breaks ? "breaks" : "meets the ground",
+                                       empty ? ", its battery empty" : "", words(*then, time_ns)),
+                           true});
+      return;
+    }
+    if (before_.standing && !state_.standing) leaves_ = FlightEvent{"lift-off", state_ns_, words(state_, state_ns_)};
     if (state_.standing) {
-      if (!before_.standing && !leaves_) tell("touch-down", fmt::format("at {:.2f} m/s, ", state_.touch_mps));
+      if (!before_.standing && !leaves_)
+        events_.push_back(
+            {"touch-down", state_ns_, fmt::format("at {:.2f} m/s, {}", report.impact_mps, words(state_, state_ns_))});
       leaves_.reset();
     } else if (leaves_ && state_ns_ - leaves_->time_ns >= hop_ns) {
       events_.push_back(*leaves_);
@@ -168,60 +185,51 @@ class FlownMultirotor final : public FlownVehicle {
   Navigation now(const AirMotion& air) const {
     return true_navigation(state_.vehicle, flight_.environment, air.velocity_ned_mps, flight_.scene);
   }
-  /// Height of the ground below as `Surroundings::height_m` counts.
-  double ground_below(const BodyState& body) const {
-    if (!flight_.ground.height_above_m) return far_below_m;
-    return flight_.environment.at(body.position).height_m - flight_.ground.height_above_m(body.position);
-  }
   double supply_v(const AirMotion& air) const {
     if (!flight_.vehicle.battery) return 0;
     return output(flight_.vehicle, body_in_air(state_.vehicle, flight_.environment, air), state_.vehicle, controls_,
-                  ground_m_, currents_)
+                  no_ground_m, currents_)
         .supply_v;
   }
 
-  Result<Stance> moved(Integrator<Vector>& integrator, const Stance& from, std::int64_t from_ns, std::int64_t to_ns,
-                       const AirOverTime& air) const {
-    const double from_s = seconds_from_ns(from_ns), to_s = seconds_from_ns(to_ns);
-    const MultirotorMotion motion(flight_.vehicle, flight_.environment, from.vehicle, controls_, air, from_s, ground_m_,
-                                  currents_);
-    Vector x = vector(from.vehicle);
-    if (auto ok = integrator.advance(motion, from_s, to_s, x); !ok) return fail(ok);
-    renormalise_quaternion(x, body_quaternion_at);
-    return grounded(from, {motion.state_at(to_s, x)});
+  Result<Stance> stance_at(std::int64_t time_ns, const AirOverTime& air) const {
+    assert(time_ns >= before_ns_ && time_ns <= state_ns_);
+    if (time_ns == state_ns_) return state_;
+    // A way of its own from where the period began: not interpolated
+    Scheme scheme = flight_.scheme;
+    const double share = static_cast<double>(time_ns - before_ns_) / static_cast<double>(state_ns_ - before_ns_);
+    scheme.steps = std::max(1, static_cast<int>(std::ceil(scheme.steps * share)));
+    const Vector like = vector(before_.vehicle);
+    Integrator<Vector> integrator(scheme, like, tolerance_of(like, flight_.tolerance_m));
+    ContactWork work;
+    auto within = moved(integrator, before_, before_ns_, time_ns, air, work);
+    if (!within) return fail(within);
+    return std::move(within->stance);
   }
 
-  /// What the ground makes of a motion from one state to another.
-  Stance grounded(const Stance& from, Stance to) const {
-    const MultirotorGround& ground = flight_.ground;
-    if (!ground.height_above_m) return to;
-    const double height_m = ground.height_above_m(to.vehicle.position) - ground.legs_m;
-    if (height_m > 0) return to;
-    if (from.standing) {
-      static_cast<BodyState&>(to.vehicle) = from.vehicle;
-      to.standing = true;
-      return to;
+  Result<Moved> moved(Integrator<Vector>& integrator, const Stance& from, std::int64_t from_ns, std::int64_t to_ns,
+                      const AirOverTime& air, ContactWork& ground_work) const {
+    if (from_ns == to_ns) return Moved{from, {}};
+    const double from_s = seconds_from_ns(from_ns), to_s = seconds_from_ns(to_ns);
+    const MultirotorMotion motion(flight_.vehicle, flight_.environment, from.vehicle, controls_, air, from_s,
+                                  currents_);
+    const auto fly = [&](const auto& f, double t_s, double end_s, Vector& x) -> Result<void> {
+      if (auto ok = integrator.advance(f, t_s, end_s, x); !ok) return ok;
+      renormalise_quaternion(x, body_quaternion_at);
+      return {};
+    };
+    Moved to{{{}, from.contact}, {}};
+    Vector x = vector(from.vehicle);
+    if (ground_) {
+      auto report =
+          ground_->advance(over_ground<Vector>(motion), fly, from_s, to_s, {}, x, to.stance.contact, ground_work);
+      if (!report) return fail(report);
+      to.report = std::move(*report);
+    } else if (auto ok = fly(motion, from_s, to_s, x); !ok) {
+      return fail(ok);
     }
-    const Surroundings here = flight_.environment.at(to.vehicle.position);
-    BodyState& body = to.vehicle;
-    const Vector3d up = -here.ecef_from_ned.col(2);
-    const double sink_mps = -body.velocity.xyz.dot(up);
-    const double tilt_rad =
-        std::acos(std::clamp(-(body.ecef_from_body.quaternion * Vector3d::UnitZ().eval()).dot(up), -1.0, 1.0));
-    if (sink_mps > ground.most_touch_mps || tilt_rad > ground.most_touch_tilt_rad) {
-      to.crash = fmt::format(
-          "a touch-down at {:.2f} m/s and {:.0f} deg of tilt, where {:.1f} and {:.0f} are all that "
-          "it stands{}",
-          sink_mps, geodesy::to_degrees(tilt_rad), ground.most_touch_mps,
-          geodesy::to_degrees(ground.most_touch_tilt_rad),
-          flight_.vehicle.battery && to.vehicle.charge_ah <= 0 ? ", its battery empty" : "");
-      return to;
-    }
-    to.standing = true;
-    to.touch_mps = sink_mps;
-    body.position.xyz -= height_m * up;
-    body.velocity.xyz.setZero();
-    body.body_rates_radps = body.ecef_from_body.quaternion.conjugate() * here.earth_rate_ecef_radps;
+    to.stance.vehicle = motion.state_at(to_s, x);
+    to.stance.standing = to.stance.contact.touching != 0 || to.report.met != 0;
     return to;
   }
 
@@ -236,7 +244,8 @@ class FlownMultirotor final : public FlownVehicle {
     data.off_path_above_m = -off.z();
   }
 
-  void note_channels(const MultirotorState& state, const MultirotorOutput& out, std::vector<double>& values) const {
+  void note_channels(const MultirotorState& state, const MultirotorOutput& out, const GroundTouch& touch,
+                     std::vector<double>& values) const {
     for (Eigen::Index i = 0; i < controls_.actuators.size(); ++i) {
       values.push_back(controls_.actuators[i]);
       if (flight_.vehicle.lumped) continue;
@@ -248,6 +257,10 @@ class FlownMultirotor final : public FlownVehicle {
       values.push_back(out.supply_v);
       values.push_back(out.supply_current_a);
       values.push_back(state.charge_ah / battery->capacity_ah);
+    }
+    if (ground_) {
+      values.push_back(static_cast<double>(std::popcount(touch.touching)));
+      values.push_back(touch.normal_n);
     }
     values.push_back(static_cast<double>(pilot_.waypoint() + 1));
   }
@@ -261,10 +274,12 @@ class FlownMultirotor final : public FlownVehicle {
   MultirotorPilot pilot_;
   Stance state_, before_;  // at the end and at the beginning of the last period
   std::int64_t state_ns_ = 0, before_ns_ = 0;
-  double ground_m_ = far_below_m;
   MultirotorControls controls_;
   MultirotorSetpoint setpoint_;
   Integrator<Vector> integrator_;
+  std::optional<GroundContact<Vector>> ground_;
+  ContactWork ground_work_;
+  Work work_;
 };
 
 }  // namespace
@@ -272,6 +287,8 @@ class FlownMultirotor final : public FlownVehicle {
 Result<std::unique_ptr<FlownVehicle>> fly_multirotor(MultirotorFlight flight) {
   if (const auto faults = faults_of(flight.vehicle); !faults.empty())
     return fail(Error::Kind::Malformed, to_string(faults));
+  if (flight.mission.from_ground && !flight.ground)
+    return fail(Error::Kind::Malformed, "mission: it begins on the ground: expected a ground to stand on");
   const Waypoint& start = flight.mission.start;
   const geodesy::Geodetic place =
       geodesy::geodetic_from_ecef(flight.scene.ecef_from_enu() *
@@ -307,6 +324,9 @@ Result<std::unique_ptr<FlownVehicle>> fly_multirotor(MultirotorFlight flight) {
   }
   MultirotorState state = trimmed_state(flight.vehicle, *hover, flight.environment, place, yaw,
                                         standing ? Vector3d::Zero() : flight.wind_ned_mps, charge_ah);
+  if (standing)
+    static_cast<BodyState&>(state) =
+        standing_body(flight.environment, gear_of(flight.vehicle), *flight.ground, place, yaw);
   const MultirotorControls controls = hover->controls;
   const bool body_alone =
       vector_size(flight.vehicle, flight.integrate_currents ? CurrentModel::Integrated : CurrentModel::Settled) == 13;

@@ -1,5 +1,9 @@
 #include "nadir/sim/ground_contact.h"
 
+#include <algorithm>
+
+#include "nadir/geodesy/attitude.h"
+
 namespace nadir::sim::contact_parts {
 using Eigen::Vector3d;
 
@@ -94,3 +98,23 @@ std::uint32_t touching(const ContactGear& gear, const Planes& planes, const Body
 }
 
 }  // namespace nadir::sim::contact_parts
+
+namespace nadir::sim {
+
+BodyState standing_body(const Environment& environment, const ContactGear& gear, const Ground& ground,
+                        const geodesy::Geodetic& place, double yaw_rad) {
+  BodyState state;
+  state.position = geodesy::ecef_from_geodetic(place);
+  const Surroundings here = environment.at(state.position);
+  const GroundUnder under = ground.under(state.position);
+  const auto tilt = Eigen::Quaterniond::FromTwoVectors(-here.ecef_from_ned.col(2), under.normal_ecef);
+  state.ecef_from_body.quaternion =
+      (tilt * Eigen::Quaterniond(here.ecef_from_ned) * geodesy::quaternion_from({yaw_rad, 0, 0})).normalized();
+  double lowest_m = 0;
+  for (const ContactPoint& point : gear.points()) lowest_m = std::max(lowest_m, point.body_m.z());
+  state.position.xyz -= (under.height_m - lowest_m) * under.normal_ecef;
+  state.body_rates_radps = state.ecef_from_body.quaternion.conjugate() * here.earth_rate_ecef_radps;
+  return state;
+}
+
+}  // namespace nadir::sim

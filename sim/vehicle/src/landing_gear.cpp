@@ -1,8 +1,5 @@
 #include "nadir/sim/landing_gear.h"
 
-#include <algorithm>
-
-#include "nadir/geodesy/attitude.h"
 #include "nadir/sim/step.h"
 
 namespace nadir::sim {
@@ -44,17 +41,7 @@ Result<FixedWingStep> advance(const FixedWing& vehicle, const Environment& envir
 
 FixedWingState standing_state(const Environment& environment, const ContactGear& gear, const Ground& ground,
                               const geodesy::Geodetic& place, double yaw_rad) {
-  FixedWingState state;
-  state.position = geodesy::ecef_from_geodetic(place);
-  const Surroundings here = environment.at(state.position);
-  state.ecef_from_body.quaternion =
-      (Eigen::Quaterniond(here.ecef_from_ned) * geodesy::quaternion_from({yaw_rad, 0, 0})).normalized();
-  double lowest_m = 0;
-  for (const ContactPoint& point : gear.points()) lowest_m = std::max(lowest_m, point.body_m.z());
-  const GroundUnder under = ground.under(state.position);
-  state.position.xyz -= (under.height_m - lowest_m) * under.normal_ecef;
-  state.body_rates_radps = state.ecef_from_body.quaternion.conjugate() * here.earth_rate_ecef_radps;
-  return state;
+  return {standing_body(environment, gear, ground, place, yaw_rad), {}};
 }
 
 }  // namespace nadir::sim

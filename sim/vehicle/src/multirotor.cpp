@@ -189,11 +189,11 @@ Loads rotor_loads(const Multirotor& vehicle, const BodyInAir& in_air, const Mult
 int actuator_count(const Multirotor& vehicle) { return vehicle.lumped ? 4 : static_cast<int>(vehicle.rotors.size()); }
 
 MultirotorOutput output(const Multirotor& vehicle, const BodyInAir& in_air, const MultirotorState& state,
-                        const MultirotorControls& controls, double ground_m, CurrentModel currents) {
+                        const MultirotorControls& controls, double height_m, CurrentModel currents) {
   const auto n = static_cast<Eigen::Index>(vehicle.rotors.size());
   MultirotorOutput out;
   out.thrust_n = out.torque_nm = out.omega_radps = out.current_a = zeros(n);
-  const double height_m = in_air.here.height_m - ground_m, density = in_air.here.density_kgpm3;
+  const double density = in_air.here.density_kgpm3;
   const Vector3d& v = in_air.flow.velocity_body_mps;
 
   // Rotors
@@ -219,7 +219,7 @@ MultirotorOutput output(const Multirotor& vehicle, const BodyInAir& in_air, cons
   out.loads.force_body_n -=
       (0.5 * density * drag.coefficient * drag.area_m2 * in_air.flow.airspeed_mps + drag.linear_nspm) * v;
   out.loads.moment_body_nm -= drag.angular_nms * in_air.rates_against_air_radps;
-  if (vehicle.ground_effect.law == GroundEffect::Law::Polynomial) {
+  if (vehicle.ground_effect.law == GroundEffect::Law::Polynomial && std::isfinite(height_m)) {
     double force = 0;
     for (const double c : vehicle.ground_effect.force_n) force = force * height_m + c;
     out.loads.force_body_n.z() -= std::max(0.0, force);
@@ -228,9 +228,9 @@ MultirotorOutput output(const Multirotor& vehicle, const BodyInAir& in_air, cons
 }
 
 MultirotorOutput output(const Multirotor& vehicle, const Environment& environment, const MultirotorState& state,
-                        const MultirotorControls& controls, const AirMotion& air, double ground_m) {
+                        const MultirotorControls& controls, const AirMotion& air, double height_m) {
   const CurrentModel currents = state.current_a.size() > 0 ? CurrentModel::Integrated : CurrentModel::Settled;
-  return output(vehicle, body_in_air(state, environment, air), state, controls, ground_m, currents);
+  return output(vehicle, body_in_air(state, environment, air), state, controls, height_m, currents);
 }
 
 void follow_for(const Multirotor& vehicle, const MultirotorControls& controls, double duration_s,

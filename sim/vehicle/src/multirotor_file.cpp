@@ -189,6 +189,7 @@ void apply(const ParameterLayer& layer, Multirotor& vehicle) {
   if (const auto drag = layer.optional_section("drag")) read_drag(*drag, vehicle.drag);
   read_ground_effect(layer, vehicle.ground_effect);
   if (const auto battery = yaml.map("battery")) read_battery(*battery, vehicle.battery);
+  read_gear(layer, vehicle.gear);
 
   // What numbers mean together, where each of them can be
   if (yaml.fault_count() != before) return;
@@ -254,6 +255,7 @@ std::string text_of(const Multirotor& vehicle) {
               ? fmt::format("ground_effect: {{polynomial_n: [{}]}}\n", fmt::join(vehicle.ground_effect.force_n, ", "))
               : fmt::format("ground_effect: {}\n", ground_laws[static_cast<std::size_t>(vehicle.ground_effect.law)]);
   if (vehicle.battery) text += fmt::format("battery: {{{}}}\n", battery_text(*vehicle.battery));
+  if (vehicle.gear) text += gear_text(*vehicle.gear);
   return text;
 }
 

@@ -40,19 +40,21 @@ MultirotorState MultirotorMotion::state_at(double t_s, const MultirotorVector& x
   return state;
 }
 
-BodyVector MultirotorMotion::operator()(double t_s, const BodyVector& x) const {
+BodyVector MultirotorMotion::operator()(double t_s, const BodyVector& x, const Loads& of_ground,
+                                        double height_m) const {
   const MultirotorState state = state_at(t_s, x);
   const BodyInAir in_air = body_in_air(state, environment_, air_.at(t_s));
   return body_derivative(vehicle_.mass, state, in_air,
-                         output(vehicle_, in_air, state, controls_, ground_m_, currents_).loads);
+                         output(vehicle_, in_air, state, controls_, height_m, currents_).loads + of_ground);
 }
 
-void MultirotorMotion::operator()(double t_s, const MultirotorVector& x, MultirotorVector& change) const {
+void MultirotorMotion::operator()(double t_s, const MultirotorVector& x, MultirotorVector& change,
+                                  const Loads& of_ground, double height_m) const {
   const MultirotorState state = state_at(t_s, x);
   const BodyInAir in_air = body_in_air(state, environment_, air_.at(t_s));
-  const MultirotorOutput out = output(vehicle_, in_air, state, controls_, ground_m_, currents_);
+  const MultirotorOutput out = output(vehicle_, in_air, state, controls_, height_m, currents_);
   change.resize(x.size());
-  change.head<13>() = body_derivative(vehicle_.mass, state, in_air, out.loads);
+  change.head<13>() = body_derivative(vehicle_.mass, state, in_air, out.loads + of_ground);
   const Eigen::Index n = state.omega_radps.size();
   change.segment(13, n) = out.spin_radps2.matrix();
   if (currents_ == CurrentModel::Integrated) change.segment(13 + n, n) = out.current_change_aps.matrix();
@@ -70,14 +72,13 @@ double fastest_spin_rate_per_s(const Multirotor& vehicle, const RotorValues& ome
 }
 
 Result<MultirotorState> advance(const Multirotor& vehicle, const Environment& environment, const MultirotorState& state,
-                                const MultirotorControls& controls, const AirOverTime& air, double t_s, double dt_s,
-                                double ground_m) {
+                                const MultirotorControls& controls, const AirOverTime& air, double t_s, double dt_s) {
   CurrentModel currents = CurrentModel::Settled;
   if (state.current_a.size() > 0) {
     const auto& drive = std::get<ElectricDrive>(vehicle.rotors.front().drive);
     if (dt_s <= electrical_time_constant_s(drive.propulsion, drive.dynamics)) currents = CurrentModel::Integrated;
   }
-  const MultirotorMotion motion(vehicle, environment, state, controls, air, t_s, ground_m, currents);
+  const MultirotorMotion motion(vehicle, environment, state, controls, air, t_s, currents);
   if (vector_size(vehicle, currents) == 13) {
     BodyVector x = rk4_step(motion, t_s, to_vector(static_cast<const BodyState&>(state)), dt_s);
     renormalise_quaternion(x, body_quaternion_at);
@@ -97,7 +98,7 @@ Result<MultirotorState> advance(const Multirotor& vehicle, const Environment& en
   if (!finite) return fail(finite);
   MultirotorState next = motion.state_at(t_s + dt_s, *finite);
   if (currents == CurrentModel::Settled && next.current_a.size() > 0)
-    next.current_a = output(vehicle, body_in_air(next, environment, air.at(t_s + dt_s)), next, controls, ground_m,
+    next.current_a = output(vehicle, body_in_air(next, environment, air.at(t_s + dt_s)), next, controls, no_ground_m,
                             CurrentModel::Settled)
                          .current_a;
   return next;

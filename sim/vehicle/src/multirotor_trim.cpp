@@ -112,7 +112,7 @@ class Problem {
       for (Eigen::Index i = 0; i < state_.followed.size(); ++i)
         state_.followed_torque_nm[i] = torque_at(rotor(i), state_.followed[i]);
     }
-    output_ = sim::output(vehicle_, in_air_, state_, {}, far_below_m, CurrentModel::Settled);
+    output_ = sim::output(vehicle_, in_air_, state_, {}, no_ground_m, CurrentModel::Settled);
   }
 
   Multirotor vehicle_;

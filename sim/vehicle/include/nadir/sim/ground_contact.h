@@ -102,6 +102,11 @@ constexpr double still_mps = 3 * friction_speed_mps, still_mps2 = 0.01, woken_mp
 
 }  // namespace contact_parts
 
+/// A body that stands at rest, parallel to the ground under `place`: its lowest point on it, springs unloaded, facing
+/// `yaw_rad`.
+BodyState standing_body(const Environment& environment, const ContactGear& gear, const Ground& ground,
+                        const geodesy::Geodetic& place, double yaw_rad);
+
 /// Moves a vehicle over ground, and on it.
 ///
 /// Away from the ground a step is the caller's own and costs a distance more: a ball without ground around a place is
@@ -169,7 +174,7 @@ class GroundContact {
     y.template head<3>().setZero();
     const Body body = body_of(y, earth_rate_);
     if (state.resting) {
-      auto rested = rest(motion, t_s, end_s, command, x, state, work);
+      auto rested = rest(motion, fly, t_s, end_s, command, x, state, work);
       if (!rested) return fail(rested);
       if (*rested) return ContactReport{};
     }
@@ -268,9 +273,9 @@ class GroundContact {
   }
 
   /// Stays where it is, unless loads have changed by too much since it settled: then false.
-  template <class Motion>
-  Result<bool> rest(const Motion& motion, double t_s, double end_s, const GearCommand& command, Vector& x,
-                    ContactState& state, ContactWork& work) const {
+  template <class Motion, class Fly>
+  Result<bool> rest(const Motion& motion, const Fly& fly, double t_s, double end_s, const GearCommand& command,
+                    Vector& x, ContactState& state, ContactWork& work) const {
     const double height_m = ground_->under({x.template head<3>()}).height_m;
     ++work.looks;
     const auto held = [&](double time_s, const Vector& at) { return motion(time_s, at, state.held, height_m); };
@@ -281,16 +286,15 @@ class GroundContact {
       state.step_s = 0;
       return false;
     }
-    if (x.size() > BodyVector::SizeAtCompileTime) {  // what else the vehicle integrates goes on
+    if (x.size() > BodyVector::SizeAtCompileTime) {  // what else the vehicle integrates goes on as in the air
       const auto others = [&](double time_s, const Vector& at) {
         Vector rate = held(time_s, at);
         rate.template head<BodyVector::SizeAtCompileTime>().setZero();
         return rate;
       };
-      Adaptive<Rosenbrock<Vector>> steps(tolerance_);
-      auto done = steps.advance(others, t_s, end_s, x);
-      work.contact += steps.work();
-      if (!done) return fail(done);
+      const BodyVector stands = x.template head<BodyVector::SizeAtCompileTime>();
+      if (auto done = fly(others, t_s, end_s, x); !done) return fail(done);
+      x.template head<BodyVector::SizeAtCompileTime>() = stands;
     }
     ++work.resting_steps;
     return true;

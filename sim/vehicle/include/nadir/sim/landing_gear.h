@@ -22,8 +22,8 @@ Result<FixedWingStep> advance(const FixedWing& vehicle, const Environment& envir
                               const GearCommand& gear, const AirOverTime& air, double t_s, double dt_s,
                               ContactWork& work);
 
-/// A vehicle that stands on its gear at rest: level, its lowest point on the ground under `place`, facing `yaw_rad`.
-/// What its springs give by is left for the first tenths of a second.
+/// A vehicle that stands on its gear at rest (`standing_body`). What its springs give by is left for the first tenths
+/// of a second.
 FixedWingState standing_state(const Environment& environment, const ContactGear& gear, const Ground& ground,
                               const geodesy::Geodetic& place, double yaw_rad);
 

@@ -8,6 +8,7 @@
 #include "nadir/base/result.h"
 #include "nadir/sim/air_motion.h"
 #include "nadir/sim/battery.h"
+#include "nadir/sim/contact.h"
 #include "nadir/sim/environment.h"
 #include "nadir/sim/rigid_body.h"
 #include "nadir/sim/rotor.h"
@@ -55,7 +56,8 @@ struct Multirotor {
   std::optional<LumpedRotors> lumped;  // instead
   MultirotorDrag drag;
   GroundEffect ground_effect;
-  std::optional<Battery> battery;  // else motors have the voltage that they say
+  std::optional<Battery> battery;   // else motors have the voltage that they say
+  std::optional<ContactGear> gear;  // else legs that follow from its rotors: `gear_of`
 };
 
 /// Each fault on its own: no rotors, rotors that are neither lumped nor listed, axes not of unit length, lags below 0,
@@ -90,25 +92,22 @@ struct MultirotorOutput {
 /// Whether the current of an inductance is integrated, or taken as settled (`settled_spin_change`).
 enum class CurrentModel { Settled, Integrated };
 
-/// Height of flat ground below, as `Surroundings::height_m` counts, where there is none to feel.
-constexpr double far_below_m = -1e9;
-
 /// Forces on a vehicle in flight: force over mass is the specific force of an accelerometer in the centre of mass.
+/// `height_m`: of the centre of mass above ground, for ground effect.
 MultirotorOutput output(const Multirotor& vehicle, const BodyInAir& in_air, const MultirotorState& state,
-                        const MultirotorControls& controls, double ground_m, CurrentModel currents);
+                        const MultirotorControls& controls, double height_m, CurrentModel currents);
 MultirotorOutput output(const Multirotor& vehicle, const Environment& environment, const MultirotorState& state,
-                        const MultirotorControls& controls, const AirMotion& air, double ground_m = far_below_m);
+                        const MultirotorControls& controls, const AirMotion& air, double height_m = no_ground_m);
 
 /// What stands behind lags that a command has driven for `duration_s`, exactly, however long. Changes no more than
 /// `followed` and `followed_torque_nm` of the state.
 void follow_for(const Multirotor& vehicle, const MultirotorControls& controls, double duration_s,
                 MultirotorState& state);
 
-/// The state `dt_s` after `t_s`, by Runge-Kutta steps with controls held: as many as motors need that are faster than
-/// `dt_s`; currents are integrated where a step is shorter than their lag, else settled. Fails where the motion
-/// diverges.
+/// The state `dt_s` after `t_s`, far from any ground, by Runge-Kutta steps with controls held: as many as motors need
+/// that are faster than `dt_s`; currents are integrated where a step is shorter than their lag, else settled. Fails
+/// where the motion diverges.
 Result<MultirotorState> advance(const Multirotor& vehicle, const Environment& environment, const MultirotorState& state,
-                                const MultirotorControls& controls, const AirOverTime& air, double t_s, double dt_s,
-                                double ground_m = far_below_m);
+                                const MultirotorControls& controls, const AirOverTime& air, double t_s, double dt_s);
 
 }  // namespace nadir::sim

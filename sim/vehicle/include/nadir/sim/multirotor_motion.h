@@ -15,19 +15,20 @@ MultirotorVector to_vector(const Multirotor& vehicle, const MultirotorState& sta
 class MultirotorMotion {
  public:
   MultirotorMotion(const Multirotor& vehicle, const Environment& environment, const MultirotorState& from,
-                   const MultirotorControls& controls, const AirOverTime& air, double from_s, double ground_m,
-                   CurrentModel currents)
+                   const MultirotorControls& controls, const AirOverTime& air, double from_s, CurrentModel currents)
       : vehicle_(vehicle),
         environment_(environment),
         from_(from),
         controls_(controls),
         air_(air),
         from_s_(from_s),
-        ground_m_(ground_m),
         currents_(currents) {}
 
-  BodyVector operator()(double t_s, const BodyVector& x) const;
-  void operator()(double t_s, const MultirotorVector& x, MultirotorVector& change) const;
+  /// Away from any ground, or under the loads of one, at a height of the centre of mass above it.
+  BodyVector operator()(double t_s, const BodyVector& x, const Loads& of_ground = {},
+                        double height_m = no_ground_m) const;
+  void operator()(double t_s, const MultirotorVector& x, MultirotorVector& change, const Loads& of_ground = {},
+                  double height_m = no_ground_m) const;
 
   /// The state of a vector; limits are kept: speeds and charge do not fall below 0.
   MultirotorState state_at(double t_s, const BodyVector& x) const;
@@ -39,7 +40,7 @@ class MultirotorMotion {
   const MultirotorState& from_;
   const MultirotorControls& controls_;
   const AirOverTime& air_;
-  double from_s_, ground_m_;
+  double from_s_;
   CurrentModel currents_;
 };
 
