@@ -85,7 +85,7 @@ Result<PlanCheck> check_plan(std::span<const PlannedPoint> points, const FlightL
       at.measure = measure;
       if (measure > worst[kind].measure) worst[kind] = at;
     };
-    offer(Ground, -here->above_ground_m);
+    if (!point.low) offer(Ground, -here->above_ground_m);
     offer(Headway, -at.ground_speed_mps / at.airspeed_mps);
     if (!moves) continue;
     offer(Climb, std::abs(point.slope) * at.ground_speed_mps / limits.max_climb_mps);

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "climb_out.h"
 #include "flight_air.h"
 #include "nadir/sim/plan_check.h"
 #include "nadir/sim/random_path.h"
@@ -213,7 +214,13 @@ Result<FlightPlan> Planner::plan() {
   auto on_ground = ground_flight(setup_.ground, gear_of(setup_.model), ground_, begin, to_radians(setup_.yaw_deg),
                                  above_m < on_ground_m);
   if (!on_ground) note_vehicle(on_ground.error().message);
-  if (on_ground && on_ground->takeoff) start_.height_m += on_ground->takeoff->clear_m;
+  if (on_ground && on_ground->takeoff) {
+    const auto end = climb_out(run_, name_, setup_, begin, *on_ground, ground_);
+    if (end)
+      start_ = *end;
+    else
+      note_vehicle(end.error().message);
+  }
 
   for (item_ = 0; item_ < setup_.mission.size(); ++item_) {
     const auto ok = std::visit([&](const auto& what) { return add(what); }, setup_.mission[item_].what);
@@ -230,7 +237,9 @@ Result<FlightPlan> Planner::plan() {
     items_.emplace_back(Waypoint{start_.north_m + reach_m * std::cos(*start_.course_rad),
                                  start_.east_m + reach_m * std::sin(*start_.course_rad), start_.height_m});
   }
-  const AfterMission after = setup_.repeat_mission ? AfterMission::Repeat : AfterMission::Circle;
+  const AfterMission after = on_ground && on_ground->landing ? AfterMission::GoesOn
+                             : setup_.repeat_mission         ? AfterMission::Repeat
+                                                             : AfterMission::Circle;
   for (const MissionFault& f : Mission::faults(start_, items_, setup_.turn_radius_m, after)) {
     if (!message.empty() && !f.item) continue;  // it comes of what was told already
     if (f.item && !setup_item_.empty())
@@ -242,7 +251,7 @@ Result<FlightPlan> Planner::plan() {
   auto mission = Mission::create(start_, items_, setup_.turn_radius_m, after);
   if (!mission) return fail(mission);
   return FlightPlan{
-      begin, std::move(*on_ground), start_, std::move(*mission), std::move(setup_item_), std::move(surveys_)};
+      {std::move(setup_item_), std::move(surveys_)}, begin, std::move(*on_ground), start_, std::move(*mission)};
 }
 
 }  // namespace

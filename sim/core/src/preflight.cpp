@@ -23,7 +23,7 @@ class Preflight {
  public:
   Preflight(const Run& run, const PreparedVehicle& vehicle, const VehicleSetup& setup,
             std::vector<PreflightFinding>& out)
-      : run_(run), vehicle_(vehicle), setup_(setup), out_(out), points_(planned_points(vehicle.plan->mission, step_m)) {
+      : run_(run), vehicle_(vehicle), setup_(setup), out_(out), points_(planned_path(*vehicle.plan, step_m)) {
     const auto& items = vehicle.plan->setup_item;
     for (PlannedPoint& p : points_) p.item = items.empty() ? 0 : items[p.item];  // a survey is one of the run file's
     limits_ = flight_limits(setup);

@@ -29,14 +29,18 @@ struct PlannedSurvey {
   double rate_hz = 0;  // reaches the forward overlap along the faster way, with the wind of the place
 };
 
-/// A vehicle's mission made into a path.
-struct FlightPlan {
-  Waypoint begin;                       // where the vehicle is at first
-  FixedWingGroundSetup ground;          // how it leaves the ground before the mission, and comes back after it
-  Waypoint start;                       // of the mission: above `begin` where it takes off
-  Mission mission;                      // without items: straight on, farther than the run lasts
-  std::vector<std::size_t> setup_item;  // of VehicleSetup::mission, by MissionPiece::item; empty without items
+/// What is known of a planned mission, of whatever kind its vehicle is.
+struct PlannedMission {
+  std::vector<std::size_t> setup_item;  // of VehicleSetup::mission, by PlannedPoint::item; empty without items
   std::vector<PlannedSurvey> surveys;
+};
+
+/// A fixed wing's mission made into a path.
+struct FlightPlan : PlannedMission {
+  Waypoint begin;               // where the vehicle is at first
+  FixedWingGroundSetup ground;  // how it leaves the ground before the mission, and comes back after it
+  Waypoint start;               // of the mission: where the climb-out ends, if it takes off
+  Mission mission;              // without items: straight on, farther than the run lasts
 };
 
 /// Fails with all faults of the mission, each with its line of the run file. Surveys see with `cameras`, in level
@@ -44,6 +48,9 @@ struct FlightPlan {
 /// mission.
 Result<FlightPlan> plan_mission(const RunFile& run, const std::string& name, const VehicleSetup& setup,
                                 const render::Surface& ground, std::span<const VehicleCamera> cameras);
+
+/// The whole path in steps of at most `spacing_m`: take-off, mission, glide to the touch-down point.
+std::vector<PlannedPoint> planned_path(const FlightPlan& plan, double spacing_m);
 
 /// The greatest box, sides along and across the course, around the middle of what a camera sees of level ground
 /// `height_m` below the vehicle, in level flight with the nose `crab_rad` to the right of the course; less a fiftieth
