@@ -121,7 +121,7 @@ class Preflight {
       for (std::size_t i = 0; i < points_.size() && time_s <= duration_s; ++i) {
         const PlannedPoint& p = points_[i];
         time_s += p.length_m / p.airspeed_mps.value_or(setup_.airspeed_mps);
-        if (i % stride != 0) continue;
+        if (i % stride != 0 || p.low) continue;
         auto& [away, looked_at] = off[p.item];
         const auto truth =
             render::geometric_truth(exact_chain(level_flight(p), sensor), sensor.scene.layers().front().source->map());
