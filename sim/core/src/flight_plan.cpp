@@ -141,6 +141,7 @@ Result<void> Planner::add(const SurveySetup& s) {
   order.height_m = center->height_m;
   order.lead_in_m = s.lead_in_m;
   order.lead_out_m = s.lead_out_m;
+  order.turn_radius_m = setup_.turn_radius_m;
   order.airspeed_mps = s.airspeed_mps;
   order.from = Vector2d(last().north_m, last().east_m);
   auto plan = plan_survey(*over, order);
