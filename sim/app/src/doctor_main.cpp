@@ -123,8 +123,8 @@ class Doctor {
       possible = possible && !f.impossible;
     }
     for (const sim::PreparedVehicle& vehicle : run.vehicles())
-      if (vehicle.plan)
-        for (const sim::PlannedSurvey& s : vehicle.plan->surveys)
+      if (const sim::PlannedMission* planned = vehicle.planned())
+        for (const sim::PlannedSurvey& s : planned->surveys)
           note(Finding::Kind::Good,
                fmt::format(
                    "{}: surveys in {} lines {:.1f} m apart towards {:.0f} degrees, at {:.3f} Hz for an exposure "
@@ -195,7 +195,7 @@ Result<void> run(const std::string& path, const std::string& cache, bool json) {
                           run->ground().plane() ? "a plane" : "the curved Earth", run->ground().height_m(), datum,
                           geodesy::to_degrees(origin.lat_rad), geodesy::to_degrees(origin.lon_rad)));
   for (const auto& [name, vehicle] : file->vehicles)
-    if (vehicle.model != "poses")
+    if (vehicle.model != "poses" && !vehicle.multirotor)
       for (const std::string& warning : sim::vehicle_warnings(vehicle.fixed_wing()))
         doctor.note(Finding::Kind::Note, fmt::format("{}: {}", name, warning));
 

@@ -88,6 +88,35 @@ bool Area::contains(const Vector2d& p, double margin_m) const {
   return inside;
 }
 
+double Area::widest_m() const {
+  if (radius_m_ > 0) return radius_m_;
+  // From the middles of squares down to parts of them that may hold a larger disc than the best one yet
+  struct Square {
+    Vector2d middle;
+    double half_m = 0;
+  };
+  const auto edge_m = [&](const Vector2d& p) {
+    double least_m = INFINITY;
+    for (std::size_t i = 0, n = corners_.size(); i < n; ++i)
+      least_m = std::min(least_m, distance_m(p, corners_[i], corners_[(i + 1) % n]));
+    return contains(p) ? least_m : -least_m;
+  };
+  const Eigen::AlignedBox2d box = bounds();
+  std::vector<Square> squares{{box.center(), box.sizes().maxCoeff() / 2}};
+  double best_m = 0;
+  while (!squares.empty()) {
+    const Square square = squares.back();
+    squares.pop_back();
+    const double here_m = edge_m(square.middle);
+    best_m = std::max(best_m, here_m);
+    if (here_m + std::numbers::sqrt2 * square.half_m <= best_m * 1.001) continue;
+    for (const double n : {-0.5, 0.5})
+      for (const double e : {-0.5, 0.5})
+        squares.push_back({square.middle + square.half_m * Vector2d(n, e), square.half_m / 2});
+  }
+  return best_m;
+}
+
 Eigen::AlignedBox2d Area::bounds() const {
   Eigen::AlignedBox2d box;
   if (radius_m_ > 0) return {center_.array() - radius_m_, center_.array() + radius_m_};

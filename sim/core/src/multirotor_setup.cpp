@@ -4,25 +4,10 @@
 
 #include <algorithm>
 
-#include "nadir/geodesy/height.h"
 #include "read_yaml.h"
 
 namespace nadir::sim {
 namespace {
-
-MultirotorWaypointSetup read_waypoint(const YamlMap& yaml, const geodesy::TypedHeight& height) {
-  MultirotorWaypointSetup point;
-  point.place = read_place(yaml);
-  point.height = height;
-  take(parsed<geodesy::TypedHeight>(yaml, "height", geodesy::parse_height), point.height);
-  if (const auto hold = yaml.number("hold_s")) {
-    point.hold_s = hold;
-    if (!(*hold >= 0)) yaml.fault("hold_s", fmt::format("expected 0 or more, found {}", *hold));
-  }
-  point.yaw_deg = yaml.number("yaw_deg");
-  point.speed_mps = positive(yaml, "speed_mps");
-  return point;
-}
 
 BatterySetup read_battery(const YamlMap& yaml) {
   BatterySetup battery;
@@ -51,13 +36,8 @@ Multirotor multirotor_of(std::string_view model, const MultirotorSetup& setup) {
   return vehicle;
 }
 
-MultirotorSetup read_multirotor(const YamlMap& vehicle, const geodesy::TypedHeight& start) {
+MultirotorSetup read_multirotor(const YamlMap& vehicle) {
   MultirotorSetup setup;
-  geodesy::TypedHeight height = start;
-  for (const YamlMap& point : vehicle.maps("mission")) {
-    setup.mission.push_back(read_waypoint(point, height));
-    height = setup.mission.back().height;  // a waypoint without height keeps the last one's
-  }
   if (const auto flight = vehicle.map("flight")) {
     take_positive(*flight, "speed_mps", setup.speed_mps);
     take_positive(*flight, "climb_mps", setup.climb_mps);
@@ -81,15 +61,6 @@ std::string multirotor_text(const MultirotorSetup& setup) {
   if (const auto& b = setup.battery)
     text += fmt::format("    battery: {{cells: {}, capacity_ah: {}, resistance_ohm: {}, charge_share: {}}}\n", b->cells,
                         b->capacity_ah, b->resistance_ohm, b->charge_share);
-  if (!setup.mission.empty()) text += "    mission:\n";
-  for (const MultirotorWaypointSetup& w : setup.mission) {
-    text += fmt::format("      - {{{}, height: {} {}", place_text(w.place), w.height.value_m,
-                        geodesy::to_string(w.height.datum));
-    if (w.hold_s) text += fmt::format(", hold_s: {}", *w.hold_s);
-    if (w.yaw_deg) text += fmt::format(", yaw_deg: {}", *w.yaw_deg);
-    if (w.speed_mps) text += fmt::format(", speed_mps: {}", *w.speed_mps);
-    text += "}\n";
-  }
   return text;
 }
 

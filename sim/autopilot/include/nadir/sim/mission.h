@@ -61,6 +61,13 @@ struct MissionPiece {
   double length_m() const;  // in plan
 };
 
+/// How a vehicle passes a place that keeps its motion over ground whatever the wind, and its nose where it is told.
+struct KeptMotion {
+  double ground_speed_mps = 0, climb_mps = 0;
+  double yaw_rad = 0;
+  double seconds = 0;  // that the place stands for
+};
+
 /// A place along a mission's path as planned.
 struct PlannedPoint {
   double north_m = 0, east_m = 0, height_m = 0;
@@ -69,8 +76,9 @@ struct PlannedPoint {
   double slope = 0;        // climb per metre in plan
   double length_m = 0;     // of the path that it stands for; 0 on a circle that is flown for ever
   std::optional<double> airspeed_mps = {};
-  std::size_t item = 0;  // that the path leads to there
-  bool low = false;      // on the way from the ground or down to it, which is near it on purpose
+  std::size_t item = 0;                 // that the path leads to there
+  std::optional<KeptMotion> kept = {};  // of a vehicle that can hover
+  bool low = false;                     // on the way from the ground or down to it, which is near it on purpose
 };
 
 /// The path along waypoints and orbits. Legs between plain waypoints are straight, joined by arcs (fillets) that touch

@@ -13,12 +13,6 @@
 
 namespace nadir::sim {
 
-struct MultirotorWaypointSetup {
-  PlaceSetup place;
-  geodesy::TypedHeight height;
-  std::optional<double> hold_s, yaw_deg, speed_mps;
-};
-
 struct BatterySetup {
   std::int64_t cells = 6;
   double capacity_ah = 10, resistance_ohm = 0.02, charge_share = 1;
@@ -26,7 +20,6 @@ struct BatterySetup {
 
 /// What a run file says of a multirotor beyond what it says of every vehicle.
 struct MultirotorSetup {
-  std::vector<MultirotorWaypointSetup> mission;  // where empty: it hovers
   double speed_mps = 5, climb_mps = 2, descent_mps = 1.5, acceleration_mps2 = 2;
   bool face_along = false, land = false;
   double take_off_height_m = 3, landing_mps = 0.5;
@@ -39,8 +32,8 @@ bool is_multirotor(std::string_view model);
 /// A model's published parameters, with what the setup adds. `model`: one of them.
 Multirotor multirotor_of(std::string_view model, const MultirotorSetup& setup);
 
-/// Of a vehicle's map; notes faults in it. `start`: the height that waypoints without one begin with.
-MultirotorSetup read_multirotor(const YamlMap& vehicle, const geodesy::TypedHeight& start);
+/// Of a vehicle's map; notes faults in it.
+MultirotorSetup read_multirotor(const YamlMap& vehicle);
 
 /// Lines of a vehicle, complete with defaults.
 std::string multirotor_text(const MultirotorSetup& setup);
