@@ -115,7 +115,7 @@ TEST(RandomPath, AnAreaWithoutRoomForItsTurnsIsSaidInNumbers) {
   };
   EXPECT_EQ(said(Area::rectangle({0, 0}, 5000, 1800, 0.2)),
             "turns of 1000 m and a margin of 20 m need a place 2040 m wide, and the area is 1800 m wide at its widest: "
-            "take a radius of at most 880 m, or a larger area");
+            "take a radius of at most 879 m, or a larger area");
 }
 
 TEST(Area, ItsWidestPlaceIsKnown) {

@@ -47,10 +47,7 @@ OffLines flown(const SurveyPlan& plan, double lead_in_m, double radius_m, const 
   double time_s = 0;
   while (!mission.finished() && time_s < 3600) {
     loop.fly(
-        1,
-        [&](const Navigation& now) {
-          return follow(mission.piece_at(now, time_s).path, now, loop.gains.path);
-        },
+        1, [&](const Navigation& now) { return follow(mission.piece_at(now, time_s).path, now, loop.gains.path); },
         [&](const Navigation& now) {
           const MissionPiece& piece = mission.piece_at(now, time_s);
           const auto* of_line = std::get_if<StraightPath>(&piece.path);
@@ -63,9 +60,9 @@ OffLines flown(const SurveyPlan& plan, double lead_in_m, double radius_m, const 
           off.lines.insert(piece.item / 2);
           off.right_m = std::max(off.right_m, std::abs(error.right_m));
           off.above_m = std::max(off.above_m, std::abs(error.above_m));
-          off.course_deg = std::max(off.course_deg, std::abs(geodesy::to_degrees(std::remainder(
-                                                        now.course_rad - std::atan2(along.y(), along.x()),
-                                                        2 * std::numbers::pi))));
+          off.course_deg =
+              std::max(off.course_deg, std::abs(geodesy::to_degrees(std::remainder(
+                                           now.course_rad - std::atan2(along.y(), along.x()), 2 * std::numbers::pi))));
         });
     time_s += 1;
   }
@@ -94,8 +91,8 @@ TEST(SurveyFlight, VehiclesAreOnTheirLinesBeforeTheAreaBegins) {
   const OffLines swings = flown(plan_survey(field, one_by_one).value(), order.lead_in_m, radius_m, wind_ned);
   EXPECT_GT(swings.right_m, 1.5 * windy.right_m);
   for (const auto& [name, off] : {std::pair("still", still), {"windy", windy}, {"one_by_one_windy", swings}})
-    RecordProperty(name, fmt::format("{:.2f} m aside, {:.2f} deg, {:.2f} m of height", off.right_m, off.course_deg,
-                                     off.above_m));
+    RecordProperty(
+        name, fmt::format("{:.2f} m aside, {:.2f} deg, {:.2f} m of height", off.right_m, off.course_deg, off.above_m));
 }
 
 }  // namespace

@@ -145,8 +145,8 @@ TEST(GroundFlight, AMissionBeginsWhereTheClimbOutEnds) {
       scenario.takeoff->launched = true;
     }
     const HandOver off = handed_over(scenario);
-    const std::string name = fmt::format("{} items, launched at {} m/s in {}, {} m/s", c.waypoints.size(),
-                                         c.launch_mps, c.wind_ned.x(), c.wind_ned.y());
+    const std::string name = fmt::format("{} items, launched at {} m/s in {}, {} m/s", c.waypoints.size(), c.launch_mps,
+                                         c.wind_ned.x(), c.wind_ned.y());
     EXPECT_LT(off.first_m, 0.05) << name << ": a period of climbing, and rounding";
     EXPECT_LT(off.right_m, 2) << name << ": rolling into a turn";
     EXPECT_LT(off.above_m, 1.5) << name << ": from one rate of climb to another";

@@ -226,8 +226,11 @@ Result<void> run(const std::string& path, const std::string& cache, bool json) {
 }  // namespace nadir::app
 
 int main(int argc, char** argv) {
-  CLI::App app("Looks at a run before it runs: maps, datum, resolution, licence, memory and time to expect.",
-               "nadir doctor");
+  CLI::App app(
+      "Looks at a run before it runs: maps, datum, resolution, licence, whether missions can be flown, memory and time "
+      "to "
+      "expect.",
+      "nadir doctor");
   std::string path, cache = "256MiB";
   bool json = false;
   app.add_option("RUN", path, "run file, YAML")->required();

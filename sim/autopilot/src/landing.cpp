@@ -23,8 +23,8 @@ double flare_past_m(const LandingPlan& plan, double ground_speed_mps) {
 
 std::array<Waypoint, 2> approach(const LandingPlan& plan, double straight_m) {
   constexpr double fastest = 1.5;  // over ground: with the wind behind, and not yet as slow as the approach is flown
-  const double glide_m = plan.approach_height_m / std::tan(plan.glide_rad) +
-                         flare_past_m(plan, fastest * plan.airspeed_mps);
+  const double glide_m =
+      plan.approach_height_m / std::tan(plan.glide_rad) + flare_past_m(plan, fastest * plan.airspeed_mps);
   const auto before = [&](double distance_m) {
     const Eigen::Vector2d at = plan.runway.from - distance_m * plan.runway.along();
     return Waypoint{at.x(), at.y(), plan.runway.height_m + plan.approach_height_m};

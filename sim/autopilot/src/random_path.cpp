@@ -112,7 +112,8 @@ class Search {
       const double wanted = between(order_.height_m, u[4]),
                    height = std::clamp(wanted, last.height_m - reach_m, last.height_m + reach_m);
       Found next{{place.x(), place.y(), height, course, radius, {}},
-                 (path.empty() ? 0 : path.back().path_m) + way->length_m, draw + 1};
+                 (path.empty() ? 0 : path.back().path_m) + way->length_m,
+                 draw + 1};
       if (order_.airspeed_mps) next.waypoint.airspeed_mps = between(*order_.airspeed_mps, u[5]);
       return next;
     }
@@ -132,22 +133,24 @@ Result<std::vector<Waypoint>> random_path(const Area& area, const RandomPathOrde
                                           const RandomStream& stream) {
   const double needed_m = order.turn_radius_m.second + order.margin_m, widest_m = area.widest_m();
   if (needed_m > widest_m * 1.001)
-    return fail(Error::Kind::Malformed,
-                fmt::format("turns of {:g} m and a margin of {:g} m need a place {:.0f} m wide, and the area is {:.0f} m "
-                            "wide at its widest: take a radius of at most {:.0f} m, or a larger area",
-                            order.turn_radius_m.second, order.margin_m, 2 * needed_m, 2 * widest_m,
-                            std::floor(std::max(0.0, widest_m - order.margin_m))));
+    return fail(
+        Error::Kind::Malformed,
+        fmt::format("turns of {:g} m and a margin of {:g} m need a place {:.0f} m wide, and the area is {:.0f} m "
+                    "wide at its widest: take a radius of at most {:.0f} m, or a larger area",
+                    order.turn_radius_m.second, order.margin_m, 2 * needed_m, 2 * widest_m,
+                    std::floor(std::max(0.0, widest_m - order.margin_m))));
   Search search(area, order, start, stream);
   if (!search.run())
-    return fail(Error::Kind::Malformed,
-                fmt::format("found no way within the area from {} on, in {} draws each and after going back: turns of "
-                            "{:g} to {:g} m and a margin of {:g} m take {:.0f} m of the {:.0f} m that it is wide at its "
-                            "widest: a smaller radius or margin helps",
-                            search.path.empty() ? std::string(search.starts_within() ? "the start, which lies in it"
-                                                                                     : "the start")
-                                                : fmt::format("waypoint {}", search.path.size()),
-                            most_draws, order.turn_radius_m.first, order.turn_radius_m.second, order.margin_m,
-                            2 * needed_m, 2 * widest_m));
+    return fail(
+        Error::Kind::Malformed,
+        fmt::format("found no way within the area from {} on, in {} draws each and after going back: turns of "
+                    "{:g} to {:g} m and a margin of {:g} m take {:.0f} m of the {:.0f} m that it is wide at its "
+                    "widest: a smaller radius or margin helps",
+                    search.path.empty()
+                        ? std::string(search.starts_within() ? "the start, which lies in it" : "the start")
+                        : fmt::format("waypoint {}", search.path.size()),
+                    most_draws, order.turn_radius_m.first, order.turn_radius_m.second, order.margin_m, 2 * needed_m,
+                    2 * widest_m));
   std::vector<Waypoint> path;
   for (const Found& found : search.path) path.push_back(found.waypoint);
   return path;

@@ -24,8 +24,8 @@ Result<Beginning> beginning(const RunFile& run, const VehicleSetup& setup, const
   const auto environment = environment_of(run, scene, place);
   if (!environment) return fail(environment);
   const double yaw_rad = to_radians(setup.yaw_deg);
-  auto air = AirAlongPath::start(std::move(parts), ecef_from_geodetic(place),
-                                 {std::cos(yaw_rad), std::sin(yaw_rad), 0}, setup.airspeed_mps);
+  auto air = AirAlongPath::start(std::move(parts), ecef_from_geodetic(place), {std::cos(yaw_rad), std::sin(yaw_rad), 0},
+                                 setup.airspeed_mps);
   if (!air) return fail(air);
   const Eigen::Vector3d wind_ned_mps = air->air().end().velocity_ned_mps;
   return Beginning{{.vehicle = setup.fixed_wing(),

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "pose_sources.h"
 #include "flight_air.h"
 #include "flight_parts.h"
 #include "nadir/sim/flown_multirotor.h"
+#include "pose_sources.h"
 #include "scene_place.h"
 
 namespace nadir::sim {

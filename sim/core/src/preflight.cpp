@@ -143,14 +143,12 @@ class Preflight {
                        empty_s, flown_s, charge_as / 3600));
     else if (drawn_as > 0.875 * charge_as)
       note(points_.back().item, false,
-           fmt::format("the flight leaves about {:.0f} % of the battery's {:g} A h",
-                       100 * (1 - drawn_as / charge_as), charge_as / 3600));
+           fmt::format("the flight leaves about {:.0f} % of the battery's {:g} A h", 100 * (1 - drawn_as / charge_as),
+                       charge_as / 3600));
     return {};
   }
 
-  bool lands() const {
-    return vehicle_.plan ? vehicle_.plan->ground.landing.has_value() : setup_.multirotor->land;
-  }
+  bool lands() const { return vehicle_.plan ? vehicle_.plan->ground.landing.has_value() : setup_.multirotor->land; }
 
   /// A run that ends before its landing, or goes on for long after a mission.
   void look_at_time(double mission_s) {
@@ -160,8 +158,8 @@ class Preflight {
     constexpr double long_s = 60;
     if (lands() && mission_s > duration_s)
       note(last, false,
-           fmt::format("the run ends after {:g} s, and landing takes until about {:.0f} s: raise duration_s", duration_s,
-                       mission_s));
+           fmt::format("the run ends after {:g} s, and landing takes until about {:.0f} s: raise duration_s",
+                       duration_s, mission_s));
     const bool goes_on = std::holds_alternative<OrbitSetup>(setup_.mission.back().what) || lands();
     if (!goes_on && mission_s < 0.5 * duration_s && duration_s - mission_s > long_s)
       note(last, false,

@@ -7,10 +7,10 @@
 #include <chrono>
 #include <cmath>
 
-#include "pose_sources.h"
 #include "nadir/base/time.h"
 #include "nadir/render/adaptive_quality.h"
 #include "nadir/sim/scene_setup.h"
+#include "pose_sources.h"
 
 namespace nadir::sim {
 namespace {

@@ -20,8 +20,8 @@ struct SurveyFlight {
   std::function<LineFlight(double course_rad, bool back, const Eigen::Vector2d& wind_mps,
                            const geodesy::Point<geodesy::frame::Ecef>& place)>
       along;
-  double turn_radius_m = 0;               // 0: turns on the spot
-  Eigen::Vector2d from = {0, 0};          // where it comes from
+  double turn_radius_m = 0;       // 0: turns on the spot
+  Eigen::Vector2d from = {0, 0};  // where it comes from
 };
 
 Result<Area> area_in_scene(const AreaSetup& setup, const geodesy::TypedHeight& height, const render::Surface& ground);

@@ -15,8 +15,8 @@ FlightLimits flight_limits(const VehicleSetup& setup);
 FlightLimits multirotor_limits(const RunFile& run, const VehicleSetup& setup, const render::Surface& ground,
                                const geodesy::Point<geodesy::frame::Ecef>& place);
 
-/// Steady flight of a multirotor through the air, north, east and down, nose towards `yaw_rad`. Fails where it has none,
-/// or would lean more than its control lets it.
+/// Steady flight of a multirotor through the air, north, east and down, nose towards `yaw_rad`. Fails where it has
+/// none, or would lean more than its control lets it.
 Result<MultirotorTrim> multirotor_steady(const RunFile& run, const VehicleSetup& setup, double yaw_rad,
                                          const Eigen::Vector3d& through_air_ned_mps, const render::Surface& ground,
                                          const geodesy::Point<geodesy::frame::Ecef>& place);

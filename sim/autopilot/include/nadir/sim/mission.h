@@ -93,7 +93,8 @@ class Mission {
                                           double turn_radius_m, AfterMission after = AfterMission::Circle);
 
   /// `start`: where the first way begins; left in its course, by a Dubins path. Without one the first way begins in any
-  /// direction, or towards north where it leads to a waypoint with a course. `turn_radius_m` > 0: of fillets, of Dubins paths and of the last circle. Fails with all faults.
+  /// direction, or towards north where it leads to a waypoint with a course. `turn_radius_m` > 0: of fillets, of Dubins
+  /// paths and of the last circle. Fails with all faults.
   static Result<Mission> create(const Waypoint& start, std::span<const MissionItem> items, double turn_radius_m,
                                 AfterMission after = AfterMission::Circle);
 

@@ -54,9 +54,9 @@ class MultirotorPilot {
   std::size_t waypoint_ = 0;
 };
 
-/// A mission as it is asked for, in steps of `step_s` > 0 (longer ones where they would be more than 20000), until it has
-/// landed or reached its last waypoint; one that repeats until a time. Items are its waypoints. Fails where the pilot
-/// does.
+/// A mission as it is asked for, in steps of `step_s` > 0 (longer ones where they would be more than 20000), until it
+/// has landed or reached its last waypoint; one that repeats until a time. Items are its waypoints. Fails where the
+/// pilot does.
 Result<std::vector<PlannedPoint>> planned_points(const MultirotorMission& mission, double step_s, double until_s);
 
 }  // namespace nadir::sim

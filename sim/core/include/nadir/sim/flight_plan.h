@@ -5,9 +5,9 @@
 #include <string_view>
 #include <vector>
 
+#include "nadir/geodesy/attitude.h"
 #include "nadir/render/camera.h"
 #include "nadir/render/surface.h"
-#include "nadir/geodesy/attitude.h"
 #include "nadir/sim/flown_fixed_wing.h"
 #include "nadir/sim/mission.h"
 #include "nadir/sim/multirotor_pilot.h"

@@ -54,7 +54,7 @@ struct SurveySetup {
   geodesy::TypedHeight height;
   std::string sensor;
   double forward_overlap = 0.6, side_overlap = 0.3;
-  std::optional<double> heading_deg;  // else the one with the fewest turns
+  std::optional<double> heading_deg;       // else the one with the fewest turns
   double lead_in_m = 100, lead_out_m = 0;  // of multirotors: where they get up to speed, and slow down
   std::optional<double> airspeed_mps;      // of fixed wings
   std::optional<double> speed_mps;         // over ground, of multirotors

@@ -56,8 +56,8 @@ struct FixedWingFlight {
 /// there, steering and brake. Events: lift-off, touch-down, landed, crash.
 Result<std::unique_ptr<FlownVehicle>> fly_fixed_wing(FixedWingFlight flight);
 
-/// Where a take-off's climb-out ends in such air, and in which course: where its mission is to begin. Found by flying it;
-/// the flight's own mission is not looked at. Fails where it crashes, or has not climbed out after three minutes.
+/// Where a take-off's climb-out ends in such air, and in which course: where its mission is to begin. Found by flying
+/// it; the flight's own mission is not looked at. Fails where it crashes, or has not climbed out after three minutes.
 Result<Waypoint> climb_out_end(FixedWingFlight flight, AirAlongPath air);
 
 }  // namespace nadir::sim
