@@ -87,6 +87,9 @@ class Missions(unittest.TestCase):
     def test_climbs_out_of_reach_are_refused(self):
         item = "{north_m: 100, east_m: 0, height: 500 agl}"
         self.check_refused(self.run_file(PLANE, item), item, "asks for a climb of")
+        item = "{north_m: 5, east_m: 0, height: 500 agl}"
+        fast = "    flight: {speed_mps: 40, climb_mps: 40, acceleration_mps2: 8}\n    integration: {method: rk4, steps: 4}\n"
+        self.check_refused(self.run_file(COPTER, item, more=fast), item, "lower its climb_mps")
 
     def test_turns_too_tight_in_wind_are_refused(self):
         corner = "{north_m: 400, east_m: 0, turn_radius_m: 80}"
@@ -99,8 +102,8 @@ class Missions(unittest.TestCase):
 
     def test_multirotors_that_cannot_fly_against_the_wind_are_refused(self):
         item = "{north_m: 400, east_m: 0}"
-        run = self.run_file(COPTER, item, more="    flight: {speed_mps: 8}\n", air="air: {wind: {from_deg: 0, speed_mps: 10}}\n")
-        self.check_refused(run, item, "8.0 m/s over ground along the course of 0 degrees take an airspeed of 18.0 m/s in a wind of 10.0 m/s")
+        run = self.run_file(COPTER, item, more="    flight: {speed_mps: 12}\n    integration: {method: rk4, steps: 4}\n", air="air: {wind: {from_deg: 0, speed_mps: 10}}\n")
+        self.check_refused(run, item, "12.0 m/s over ground along the course of 0 degrees take an airspeed of 22.0 m/s in a wind of 10.0 m/s")
 
     def test_a_battery_that_does_not_last_is_refused(self):
         item = "{north_m: 200, east_m: 0}"
