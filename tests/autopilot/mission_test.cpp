@@ -218,6 +218,39 @@ TEST(Mission, AnOrbitAroundWhereTheVehicleIsIsFlownOutTo) {
   EXPECT_GE(flight[0].metres, 0.9 * 2 * std::numbers::pi * 300) << "angles count, also of the way out";
 }
 
+TEST(Mission, WhereSomethingGoesOnItEndsAtItsLastItemWithoutACircle) {
+  const MissionItem to_waypoint[] = {Waypoint{1000, 0, 100}, Waypoint{1000, 800, 60}};
+  Mission mission = Mission::create(start, to_waypoint, 100, AfterMission::GoesOn).value();
+  const MissionPiece& last = mission.pieces().back();
+  ASSERT_TRUE(std::holds_alternative<StraightPath>(last.path));
+  EXPECT_EQ(last.end, Eigen::Vector2d(1000, 800));
+  Navigation now;
+  now.north_m = 1000, now.east_m = 700;
+  for (int i = 0; i < 3; ++i) mission.piece_at(now, 0);
+  EXPECT_FALSE(mission.finished());
+  now.east_m = 801;
+  mission.piece_at(now, 0);
+  EXPECT_TRUE(mission.finished());
+  EXPECT_EQ(&mission.piece_at(now, 0), &mission.pieces().back());
+
+  const MissionItem to_orbit[] = {Orbit{.north_m = 500, .east_m = 0, .height_m = 90, .radius_m = 150}};
+  const auto never = Mission::create(start, to_orbit, 100, AfterMission::GoesOn);
+  ASSERT_FALSE(never);
+  EXPECT_NE(never.error().message.find("goes on for ever"), std::string::npos);
+}
+
+TEST(Mission, AStartWithACourseIsLeftInIt) {
+  for (const double course : {0.0, 1.0, -2.0, 3.0}) {
+    const Waypoint from{0, 0, 100, course};
+    const MissionItem items[] = {Waypoint{600, 0, 100}, Waypoint{600, 500, 100}};
+    const Mission mission = Mission::create(from, items, 100).value();
+    const PlannedPoint first = planned_points(mission, 5).front();
+    EXPECT_NEAR(std::hypot(first.north_m, first.east_m), 0, 1e-9);
+    EXPECT_NEAR(std::remainder(first.course_rad - course, 2 * std::numbers::pi), 0, 1e-9);
+    EXPECT_EQ(std::holds_alternative<CirclePath>(mission.pieces()[0].path), course != 0);
+  }
+}
+
 TEST(Mission, WaypointsWithACourseArePassedExactlyAndInItsDirection) {
   const double course = 1.1518;
   const MissionItem items[] = {Waypoint{400, -250, 70, course}, Waypoint{-400, -50, 70, course},

@@ -84,12 +84,50 @@ TEST(RandomPath, FromOutsideOnlyTheWayInMayLieOutside) {
     }
 }
 
-TEST(RandomPath, AnAreaWithoutRoomForItsTurnsIsSaid) {
+TEST(RandomPath, TightAreasAreFlownByGoingBackOutOfDeadEnds) {
+  // Less than a radius to spare, and turns that lead to where no other does
+  RandomPathOrder tight = order;
+  tight.turn_radius_m = {100, 200};
+  tight.length_m = 20000;
+  const std::pair<const char*, Area> areas[] = {
+      {"a disc", Area::disc({0, 0}, 290)},
+      {"a strip", Area::rectangle({0, 0}, 1600, 480, 0.3)},
+      {"an ell", Area::polygon({{0, 0}, {1400, 0}, {1400, 500}, {500, 500}, {500, 1400}, {0, 1400}}).value()}};
+  for (const auto& [name, area] : areas)
+    for (std::uint64_t seed = 0; seed < 8; ++seed) {
+      const auto path = random_path(area, tight, {250, 250, 100, 0.5}, RandomStream(seed, "random/plane"));
+      ASSERT_TRUE(path) << name << ": " << path.error().message;
+      const std::vector<MissionItem> items(path->begin(), path->end());
+      const Mission mission = Mission::create(path->front(), std::span(items).subspan(1), 200).value();
+      for (const PlannedPoint& p : planned_points(mission, 5))
+        ASSERT_TRUE(area.contains({p.north_m, p.east_m}, tight.margin_m)) << name;
+      const auto again = random_path(area, tight, {250, 250, 100, 0.5}, RandomStream(seed, "random/plane"));
+      EXPECT_EQ(again->back().north_m, path->back().north_m);
+    }
+}
+
+TEST(RandomPath, AnAreaWithoutRoomForItsTurnsIsSaidInNumbers) {
   RandomPathOrder wide = order;
   wide.turn_radius_m = {900, 1000};
-  const auto path = random_path(kite, wide, start, RandomStream(1, "random/plane"));
-  ASSERT_FALSE(path);
-  EXPECT_NE(path.error().message.find("turns of 900 m need more room"), std::string::npos) << path.error().message;
+  const auto said = [&](const Area& area) {
+    const auto path = random_path(area, wide, start, RandomStream(1, "random/plane"));
+    return path ? std::string("found") : path.error().message;
+  };
+  EXPECT_EQ(said(Area::rectangle({0, 0}, 5000, 1800, 0.2)),
+            "turns of 1000 m and a margin of 20 m need a place 2040 m wide, and the area is 1800 m wide at its widest: "
+            "take a radius of at most 879 m, or a larger area");
+}
+
+TEST(Area, ItsWidestPlaceIsKnown) {
+  EXPECT_NEAR(Area::rectangle({100, 30}, 900, 400, 0.7).widest_m(), 200, 0.3);
+  EXPECT_EQ(Area::disc({5, 5}, 70).widest_m(), 70);
+  // Of the inner corner's ell: the circle that touches both outer edges and the inner corner, r = (50 - r) sqrt(2) ...
+  const Area ell = Area::polygon({{0, 0}, {100, 0}, {100, 50}, {50, 50}, {50, 100}, {0, 100}}).value();
+  EXPECT_NEAR(ell.widest_m(), 50 * std::numbers::sqrt2 / (1 + std::numbers::sqrt2), 0.05);
+  // Of a right triangle: (a + b - c) / 2
+  EXPECT_NEAR(Area::polygon({{0, 0}, {300, 0}, {0, 400}})->widest_m(), 100, 0.15);
+  // Hardly an inside, far from the middle of its box
+  EXPECT_NEAR(Area::polygon({{0, 0}, {1000, 0}, {1000, 1000}, {999.9, 0.1}})->widest_m(), 0.05, 0.01);
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <random>
@@ -130,6 +131,73 @@ TEST(Survey, BeginsAtTheNearestOfItsFourEnds) {
       EXPECT_GT(first.east_m * east, 0);
       EXPECT_NEAR(*first.course_rad, north < 0 ? 0 : pi, 1e-9) << "into the area";
     }
+}
+
+/// How far turns between lines lead beyond the lines' ends, and how long the ways between are.
+struct Turns {
+  double beyond_m = 0, length_m = 0;
+};
+
+Turns turns_of(const SurveyPlan& plan, double radius_m) {
+  const std::vector<MissionItem> items(plan.waypoints.begin(), plan.waypoints.end());
+  const Mission mission = Mission::create(plan.waypoints.front(), std::span(items).subspan(1), radius_m).value();
+  const Vector2d along(std::cos(plan.heading_rad), std::sin(plan.heading_rad));
+  const auto at = [&](double north_m, double east_m) { return Vector2d(north_m, east_m).dot(along); };
+  double low = INFINITY, high = -INFINITY;
+  for (const Waypoint& w : plan.waypoints)
+    low = std::min(low, at(w.north_m, w.east_m)), high = std::max(high, at(w.north_m, w.east_m));
+  Turns out;
+  for (const PlannedPoint& p : planned_points(mission, 5)) {
+    if (p.length_m == 0) continue;  // the last circle
+    out.beyond_m = std::max({out.beyond_m, low - at(p.north_m, p.east_m), at(p.north_m, p.east_m) - high});
+    if (p.item % 2 == 1) out.length_m += p.length_m;
+  }
+  return out;
+}
+
+TEST(Survey, LinesCloserThanTwoRadiiAreFlownInAnOrderWithoutTightTurns) {
+  constexpr double radius_m = 150;
+  for (int lines = 2; lines <= 60; ++lines) {
+    const Area area = Area::rectangle({0, 0}, 1500, 40.0 * lines, 0);
+    SurveyOrder order;
+    order.seen_m = {Vector2d(-50, -20), Vector2d(50, 20)};
+    order.side_overlap = 0;
+    order.heading_rad = 0;
+    const SurveyPlan plain = plan_survey(area, order).value();
+    order.turn_radius_m = radius_m;
+    const SurveyPlan plan = plan_survey(area, order).value();
+    ASSERT_EQ(plan.lines, lines);
+    std::vector<int> flown;  // by their place from west to east
+    double closest_m = INFINITY;
+    for (std::size_t i = 0; i < plan.waypoints.size(); i += 2) {
+      const double east = plan.waypoints[i].east_m;
+      if (i > 0) closest_m = std::min(closest_m, std::abs(east - plan.waypoints[i - 2].east_m));
+      flown.push_back(static_cast<int>(std::lround((east + 20.0 * lines - 20) / 40)));
+    }
+    std::sort(flown.begin(), flown.end());
+    for (int i = 0; i < lines; ++i) ASSERT_EQ(flown[static_cast<std::size_t>(i)], i) << "each line once";
+    const Turns turns = turns_of(plan, radius_m), swings = turns_of(plain, radius_m);
+    if (lines >= 17) {  // two halves of eight lines 40 m apart hold turns of 300 m
+      EXPECT_GE(closest_m, 2 * radius_m) << lines;
+      EXPECT_LE(turns.beyond_m, radius_m + 1e-6) << lines;
+    }
+    EXPECT_LE(turns.length_m, swings.length_m + 1e-6) << lines;
+    if (lines >= 3) {
+      EXPECT_GT(swings.beyond_m, 1.5 * radius_m);
+    }
+  }
+}
+
+TEST(Survey, LinesFartherApartThanTwoRadiiAreFlownOneAfterTheOther) {
+  const Area area = Area::rectangle({0, 0}, 1500, 1200, 0);
+  SurveyOrder order;
+  order.seen_m = {Vector2d(-50, -60), Vector2d(50, 60)};
+  order.side_overlap = 0;
+  order.heading_rad = 0;
+  order.turn_radius_m = 60;
+  const SurveyPlan plan = plan_survey(area, order).value();
+  for (std::size_t i = 2; i < plan.waypoints.size(); i += 2)
+    EXPECT_NEAR(std::abs(plan.waypoints[i].east_m - plan.waypoints[i - 2].east_m), plan.line_spacing_m, 1e-9);
 }
 
 TEST(Survey, WhatCannotBeIsSaid) {

@@ -92,7 +92,7 @@ class Ground(unittest.TestCase):
         summary = json.loads(done.stdout)
         self.assertTrue(summary["ended_early"])
         self.assertEqual(summary["events"][-1]["event"], "crash")
-        self.assertLess(summary["simulated_seconds"], 205)
+        self.assertLess(summary["simulated_seconds"], 215)
         doctor = subprocess.run([NADIR, "doctor", run], capture_output=True, text=True, timeout=120)
         self.assertIn("the run ends early: vehicle plane: crash", doctor.stdout)
 

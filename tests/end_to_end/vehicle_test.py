@@ -66,8 +66,8 @@ class Vehicles(unittest.TestCase):
 
     def test_doctor_tells_what_is_unusual(self):
         done = nadir("doctor", self.copter("{base: multirotor, mass_kg: 10.5, rotors: {front left: {place_m: [0.13, -0.13, 0]}}}"))
-        self.assertEqual(done.returncode, 0, done.stderr)
-        for told in ("copter: little thrust: it cannot lift 1.5 times its weight", "copter: lopsided: it hovers at throttles"):
+        self.assertNotEqual(done.returncode, 0)  # too little for its mission, too
+        for told in ("copter: little thrust: it cannot lift 1.5 times its weight", "copter: lopsided: it hovers at throttles", "asks for a climb of 5.0 m/s"):
             self.assertIn(told, done.stdout)
         self.assertNotIn("thrust", nadir("doctor", self.copter("multirotor")).stdout)
         done = nadir("doctor", self.copter("{base: multirotor, mass_kg: 16}"))
@@ -86,7 +86,7 @@ class Vehicles(unittest.TestCase):
         self.assertFalse((self.folder / "out").exists())
 
     def test_an_anaconda_flies_a_circuit_on_its_gear_and_a_junker_has_none(self):
-        slower = (("takeoff: {clear_m: 20}", "takeoff: {clear_m: 20, rotate_mps: 11}"), ("yaw_deg: 0}\n    sensors", "yaw_deg: 0, airspeed_mps: 13}\n    sensors"), ("duration_s: 205", "duration_s: 330"))
+        slower = (("takeoff: {clear_m: 20}", "takeoff: {clear_m: 20, rotate_mps: 11}"), ("yaw_deg: 0}\n    sensors", "yaw_deg: 0, airspeed_mps: 13}\n    sensors"), ("duration_s: 215", "duration_s: 352"))
         out = self.folder / "out"
         done = nadir("fly", self.run_file("circuit", ("model: aerosonde", "model: anaconda"), *slower), "-o", out)
         self.assertEqual(done.returncode, 0, done.stderr)

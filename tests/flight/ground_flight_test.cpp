@@ -1,3 +1,4 @@
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -28,36 +29,47 @@ struct Scenario {
   bool fly_unstable = false;
   FixedWing vehicle = aerosonde();
   Vector3d wind_ned = Vector3d(-2, 1, 0);
+  double launch_mps = 0;
+
+  Geodetic start() const { return {place.lat_rad, place.lon_rad, height_m}; }
 };
 
-Result<Flight> make(const Scenario& scenario, const Scheme& scheme = {.method = Scheme::Method::Rk4, .steps = 4}) {
-  const Environment earth = Environment::flat(place);
-  const Geodetic start{place.lat_rad, place.lon_rad, scenario.height_m};
+AirAlongPath air_of(const Scenario& scenario) {
   AirParts parts;
   parts.height_above_ground_m = [](const auto& p) { return (scene.enu_from_ecef() * p).xyz.z(); };
   parts.sources.push_back(std::make_unique<SteadyWind>(scenario.wind_ned, Shear{}));
-  auto air = AirAlongPath::start(std::move(parts), geodesy::ecef_from_geodetic(start), {1, 0, 0}, 25).value();
+  return AirAlongPath::start(std::move(parts), geodesy::ecef_from_geodetic(scenario.start()), {1, 0, 0}, 25).value();
+}
+
+FixedWingFlight setup(const Scenario& scenario) {
   std::vector<MissionItem> waypoints = scenario.waypoints;
   if (scenario.landing)
     for (const Waypoint& gate : approach(*scenario.landing, 300)) waypoints.push_back(gate);
-  const bool standing = scenario.height_m == 0;
-  auto vehicle =
-      fly_fixed_wing({.vehicle = scenario.vehicle,
-                      .environment = earth,
-                      .scene = scene,
-                      .start = start,
-                      .yaw_rad = scenario.yaw_rad,
-                      .wind_ned_mps = scenario.wind_ned,
-                      .mission = Mission::create({0, 0, std::max(scenario.height_m, 20.0)}, waypoints, 100).value(),
-                      .fly_unstable = scenario.fly_unstable,
-                      .ground = FixedWingGroundSetup{.ground = std::make_shared<PlaneGround>(scene, 0),
-                                                     .standing = standing,
-                                                     .takeoff = scenario.takeoff,
-                                                     .landing = scenario.landing,
-                                                     .limits = scenario.limits},
-                      .scheme = scheme});
+  return {.vehicle = scenario.vehicle,
+          .environment = Environment::flat(place),
+          .scene = scene,
+          .start = scenario.start(),
+          .yaw_rad = scenario.yaw_rad,
+          .wind_ned_mps = scenario.wind_ned,
+          .mission = Mission::create({0, 0, std::max(scenario.height_m, 20.0)}, waypoints, 100,
+                                     scenario.landing ? AfterMission::GoesOn : AfterMission::Circle)
+                         .value(),
+          .fly_unstable = scenario.fly_unstable,
+          .ground = FixedWingGroundSetup{.ground = std::make_shared<PlaneGround>(scene, 0),
+                                         .standing = scenario.height_m == 0,
+                                         .launch_mps = scenario.launch_mps,
+                                         .launch_pitch_rad = 0.2,
+                                         .takeoff = scenario.takeoff,
+                                         .landing = scenario.landing,
+                                         .limits = scenario.limits}};
+}
+
+Result<Flight> make(const Scenario& scenario, const Scheme& scheme = {.method = Scheme::Method::Rk4, .steps = 4}) {
+  FixedWingFlight flight = setup(scenario);
+  flight.scheme = scheme;
+  auto vehicle = fly_fixed_wing(std::move(flight));
   if (!vehicle) return fail(vehicle);
-  return Flight(earth, std::move(air), std::move(*vehicle));
+  return Flight(Environment::flat(place), air_of(scenario), std::move(*vehicle));
 }
 
 /// Flies until an event ends it or the time is over.
@@ -84,6 +96,68 @@ TEST(GroundFlight, ACircuitTellsOfLiftOffTouchDownAndLanding) {
   EXPECT_EQ(end.data.channels[3], 3) << "wheels on the ground";
   EXPECT_NEAR(end.data.channels[4], 11 * 9.81, 5) << "their force, less what the wind lifts";
   EXPECT_NEAR(end.data.specific_force_mps2.z(), -9.81, 0.05) << "what an accelerometer at rest feels";
+}
+
+/// How far a flight is off its path from the hand-over on, for ten seconds.
+struct HandOver {
+  double first_m = 0, right_m = 0, above_m = 0;
+};
+
+HandOver handed_over(const Scenario& scenario) {
+  const Waypoint begins = climb_out_end(setup(scenario), air_of(scenario)).value();
+  FixedWingFlight flight = setup(scenario);
+  flight.mission = Mission::create(begins, scenario.waypoints, 100).value();
+  Flight flown(Environment::flat(place), air_of(scenario), fly_fixed_wing(std::move(flight)).value());
+  HandOver out;
+  std::int64_t since_ns = 0;
+  while (since_ns == 0 || flown.time_ns() < since_ns + 10'000'000'000) {
+    EXPECT_TRUE(flown.decide());
+    const FlightData data = flown.at(flown.time_ns()).value().data;
+    // On the ground and in the climb-out there is no path to be off
+    if (since_ns == 0 && data.off_path_right_m != 0) {
+      since_ns = flown.time_ns();
+      out.first_m = std::hypot(data.off_path_right_m, data.off_path_above_m);
+    }
+    out.right_m = std::max(out.right_m, std::abs(data.off_path_right_m));
+    out.above_m = std::max(out.above_m, std::abs(data.off_path_above_m));
+    EXPECT_TRUE(flown.move());
+    if (flown.ended() || flown.time_ns() > 120'000'000'000) {
+      ADD_FAILURE() << "no hand-over";
+      break;
+    }
+  }
+  return out;
+}
+
+TEST(GroundFlight, AMissionBeginsWhereTheClimbOutEnds) {
+  struct Case {
+    Vector3d wind_ned;
+    double launch_mps = 0;
+    std::vector<MissionItem> waypoints = Scenario{}.waypoints;
+  };
+  const std::vector<MissionItem> aside{Waypoint{0, 700, 60}, Waypoint{-800, 700, 60}};
+  for (const Case& c : {Case{{0, 0, 0}}, Case{{-5, 0, 0}}, Case{{3, 0, 0}}, Case{{0, 4, 0}}, Case{{-5, 0, 0}, 14},
+                        Case{{0, 0, 0}, 0, aside}, Case{{-3, 3, 0}, 0, aside}}) {
+    Scenario scenario{.waypoints = c.waypoints, .landing = {}, .wind_ned = c.wind_ned, .launch_mps = c.launch_mps};
+    if (c.launch_mps > 0) {
+      scenario.height_m = 1.5;
+      scenario.takeoff->launched = true;
+    }
+    const HandOver off = handed_over(scenario);
+    const std::string name = fmt::format("{} items, launched at {} m/s in {}, {} m/s", c.waypoints.size(), c.launch_mps,
+                                         c.wind_ned.x(), c.wind_ned.y());
+    EXPECT_LT(off.first_m, 0.05) << name << ": a period of climbing, and rounding";
+    EXPECT_LT(off.right_m, 2) << name << ": rolling into a turn";
+    EXPECT_LT(off.above_m, 1.5) << name << ": from one rate of climb to another";
+  }
+}
+
+TEST(GroundFlight, ATakeOffThatNeverLeavesTheGroundIsSaid) {
+  Scenario scenario;
+  scenario.takeoff->rotate_mps = 60;
+  const auto end = climb_out_end(setup(scenario), air_of(scenario));
+  ASSERT_FALSE(end);
+  EXPECT_NE(end.error().message.find("has not lifted off after 180 s"), std::string::npos) << end.error().message;
 }
 
 TEST(GroundFlight, LookingAtAContactChangesNothing) {

@@ -127,7 +127,8 @@ TEST_F(MultirotorRun, SaysWhatIsWrong) {
   const std::string under =
       "  c:\n    model: multirotor\n    start: {height: 30 agl}\n    mission: [{north_m: 5, east_m: 0, height: -3 "
       "agl}]\n";
-  EXPECT_NE(refusal(under).find("waypoint 1: expected a height above the ground"), std::string::npos) << refusal(under);
+  EXPECT_NE(refusal(under).find("'vehicles.c.mission[0]': expected a height above the ground"), std::string::npos)
+      << refusal(under);
 }
 
 }  // namespace

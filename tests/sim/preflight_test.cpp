@@ -71,7 +71,7 @@ TEST_F(Missions, AllFaultsOfAllVehiclesAreToldWithTheirLines) {
       q);
   for (const char* part : {"'vehicles.p.mission[0]': goes on for ever",
                            "'vehicles.p.mission[2]': the edges from corner 1 and from corner 3",
-                           "'vehicles.p.mission[3]': found no way within the area",
+                           "'vehicles.p.mission[3]': turns of 150 m and a margin of 20 m need a place 340 m wide",
                            "'vehicles.q': start: expected a height on the ground or above it, found -5.0 m over it"})
     EXPECT_NE(text.find(part), std::string::npos) << part << "\nin\n" << text;
   EXPECT_EQ(text.find("run.yaml:"), 0u) << text;

@@ -123,8 +123,8 @@ class Doctor {
       possible = possible && !f.impossible;
     }
     for (const sim::PreparedVehicle& vehicle : run.vehicles())
-      if (vehicle.plan)
-        for (const sim::PlannedSurvey& s : vehicle.plan->surveys)
+      if (const sim::PlannedMission* planned = vehicle.planned())
+        for (const sim::PlannedSurvey& s : planned->surveys)
           note(Finding::Kind::Good,
                fmt::format(
                    "{}: surveys in {} lines {:.1f} m apart towards {:.0f} degrees, at {:.3f} Hz for an exposure "
@@ -228,8 +228,11 @@ Result<void> run(const std::string& path, const std::string& cache, bool json) {
 }  // namespace nadir::app
 
 int main(int argc, char** argv) {
-  CLI::App app("Looks at a run before it runs: maps, datum, resolution, licence, memory and time to expect.",
-               "nadir doctor");
+  CLI::App app(
+      "Looks at a run before it runs: maps, datum, resolution, licence, whether missions can be flown, memory and time "
+      "to "
+      "expect.",
+      "nadir doctor");
   std::string path, cache = "256MiB";
   bool json = false;
   app.add_option("RUN", path, "run file, YAML")->required();

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <queue>
 
 namespace nadir::sim {
 namespace {
@@ -86,6 +87,40 @@ bool Area::contains(const Vector2d& p, double margin_m) const {
       inside = !inside;
   }
   return inside;
+}
+
+double Area::widest_m() const {
+  if (radius_m_ > 0) return radius_m_;
+  const auto edge_m = [&](const Vector2d& p) {
+    double least_m = INFINITY;
+    for (std::size_t i = 0, n = corners_.size(); i < n; ++i)
+      least_m = std::min(least_m, distance_m(p, corners_[i], corners_[(i + 1) % n]));
+    return contains(p) ? least_m : -least_m;
+  };
+  // Squares down to parts of them, those first that may hold the largest disc's middle, until none may hold a larger one
+  struct Square {
+    Vector2d middle;
+    double half_m = 0, most_m = 0;
+    bool operator<(const Square& other) const { return most_m < other.most_m; }
+  };
+  double best_m = 0;
+  std::priority_queue<Square> squares;
+  const auto add = [&](const Vector2d& middle, double half_m) {
+    const double here_m = edge_m(middle);
+    best_m = std::max(best_m, here_m);
+    squares.push({middle, half_m, here_m + std::numbers::sqrt2 * half_m});
+  };
+  const Eigen::AlignedBox2d box = bounds();
+  const double half_m = box.sizes().maxCoeff() / 2;
+  const double least_gain_m = 1e-6 * half_m;  // of areas that hardly have an inside
+  add(box.center(), half_m);
+  while (squares.top().most_m > best_m * 1.001 + least_gain_m) {
+    const Square square = squares.top();
+    squares.pop();
+    for (const double n : {-0.5, 0.5})
+      for (const double e : {-0.5, 0.5}) add(square.middle + square.half_m * Vector2d(n, e), square.half_m / 2);
+  }
+  return best_m;
 }
 
 Eigen::AlignedBox2d Area::bounds() const {

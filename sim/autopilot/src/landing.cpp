@@ -10,10 +10,21 @@ namespace {
 constexpr double settled_s = 0.2;
 constexpr double standing_mps = 0.05;
 
+/// How far past the glide's own touch-down the flare leads: from the glide's sink to the touch-down's, exponentially.
+double flare_past_m(const LandingPlan& plan, double ground_speed_mps) {
+  const double sink_mps = ground_speed_mps * std::tan(plan.glide_rad);
+  if (sink_mps <= plan.touchdown_sink_mps) return 0;
+  const double flare_m = plan.flare_s * (sink_mps - plan.touchdown_sink_mps);
+  const double flared_m = ground_speed_mps * plan.flare_s * std::log(sink_mps / plan.touchdown_sink_mps);
+  return flared_m - flare_m / std::tan(plan.glide_rad);
+}
+
 }  // namespace
 
 std::array<Waypoint, 2> approach(const LandingPlan& plan, double straight_m) {
-  const double glide_m = plan.approach_height_m / std::tan(plan.glide_rad);
+  constexpr double fastest = 1.5;  // over ground: with the wind behind, and not yet as slow as the approach is flown
+  const double glide_m =
+      plan.approach_height_m / std::tan(plan.glide_rad) + flare_past_m(plan, fastest * plan.airspeed_mps);
   const auto before = [&](double distance_m) {
     const Eigen::Vector2d at = plan.runway.from - distance_m * plan.runway.along();
     return Waypoint{at.x(), at.y(), plan.runway.height_m + plan.approach_height_m};
@@ -25,20 +36,13 @@ Landing::Landing(const LandingPlan& plan, const FeedForward& approach, const Aut
                  const GroundRollGains& roll)
     : plan_(plan), feed_forward_(approach), gains_(gains), roll_(roll), autopilot_(approach, gains) {}
 
-double Landing::flare_past_m(double ground_speed_mps) const {
-  // From the glide's sink to the touch-down's, exponentially; the glide itself would have met the ground before
-  const double sink_mps = ground_speed_mps * std::tan(plan_.glide_rad);
-  if (sink_mps <= plan_.touchdown_sink_mps) return 0;
-  const double flare_m = plan_.flare_s * (sink_mps - plan_.touchdown_sink_mps);
-  const double flared_m = ground_speed_mps * plan_.flare_s * std::log(sink_mps / plan_.touchdown_sink_mps);
-  return flared_m - flare_m / std::tan(plan_.glide_rad);
-}
-
 StraightPath Landing::glide(const Navigation& now) const {
   const double glide_m = plan_.approach_height_m / std::tan(plan_.glide_rad);
-  const Eigen::Vector2d aim = plan_.runway.from - flare_past_m(now.ground_speed_mps) * plan_.runway.along();
-  return {aim - glide_m * plan_.runway.along(), aim, plan_.runway.height_m + plan_.approach_height_m,
-          plan_.runway.height_m};
+  const Eigen::Vector2d aim = plan_.runway.from - flare_past_m(plan_, now.ground_speed_mps) * plan_.runway.along();
+  const double from_m = plan_.runway.height_m + plan_.approach_height_m;
+  const StraightPath glide{aim - glide_m * plan_.runway.along(), aim, from_m, plan_.runway.height_m};
+  const bool before = plan_.runway.past_m(now) < (glide.from - plan_.runway.from).dot(plan_.runway.along());
+  return before ? StraightPath{glide.from, glide.to, from_m, from_m} : glide;
 }
 
 PathError Landing::off_glide(const Navigation& now) const { return path_error(glide(now), now); }

@@ -69,8 +69,9 @@ Result<Mission> Mission::create(const Waypoint& start, std::span<const MissionIt
   }
   Mission mission;
   mission.pieces_ = std::move(layout.pieces);
-  mission.repeats_ = after == AfterMission::Repeat;
+  mission.after_ = after;
   mission.again_ = layout.again;
+  mission.finished_ = after == AfterMission::Circle && mission.pieces_.size() == 1;
   return mission;
 }
 
@@ -98,8 +99,14 @@ bool Mission::passed(const MissionPiece& piece, const Navigation& now, double ti
 
 const MissionPiece& Mission::piece_at(const Navigation& now, double time_s) {
   // At most one round: pieces end in turn, and a vehicle that is not finite passes nothing.
-  for (std::size_t n = 0; n < pieces_.size() && !finished() && passed(pieces_[current_], now, time_s); ++n) {
-    current_ = current_ + 1 < pieces_.size() ? current_ + 1 : again_;
+  for (std::size_t n = 0; n < pieces_.size() && !finished_ && passed(pieces_[current_], now, time_s); ++n) {
+    if (current_ + 1 < pieces_.size())
+      ++current_;
+    else if (after_ == AfterMission::Repeat)
+      current_ = again_;
+    else
+      finished_ = true;
+    if (after_ == AfterMission::Circle) finished_ = current_ + 1 == pieces_.size();
     round_.reset();
   }
   return pieces_[current_];

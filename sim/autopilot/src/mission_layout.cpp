@@ -115,7 +115,7 @@ MissionPiece whole_piece(Path path, double from_height_m, double to_height_m) {
 class Layer {
  public:
   Layer(const Waypoint& start, double turn_radius_m) : radius_m_(turn_radius_m), height_m_(start.height_m) {
-    here_ = WayEnd::point(plan(start));
+    here_ = start.course_rad ? WayEnd::pose(plan(start), *start.course_rad) : WayEnd::point(plan(start));
     course_rad_ = start.course_rad.value_or(0);
   }
 
@@ -265,7 +265,7 @@ MissionLayout lay_out(const Waypoint& start, std::span<const MissionItem> items,
   if (repeats && items.size() == 1) faults.push_back({{}, "expected at least two waypoints to repeat, found one"});
   for (std::size_t i = 0; i < items.size(); ++i) {
     std::visit(ItemFaults(i, faults), items[i]);
-    if (for_ever(items[i]) && (repeats || i + 1 < items.size()))
+    if (for_ever(items[i]) && (after != AfterMission::Circle || i + 1 < items.size()))
       faults.push_back({i, "goes on for ever, so that what follows is never reached: give it turns or a time"});
   }
   if (!faults.empty()) return layout;
@@ -282,10 +282,11 @@ MissionLayout lay_out(const Waypoint& start, std::span<const MissionItem> items,
     const std::size_t end = layer.pieces.size();
     layer.add(items[1], 1);
     layer.pieces.erase(layer.pieces.begin() + static_cast<std::ptrdiff_t>(end), layer.pieces.end());
-  } else if (std::holds_alternative<Waypoint>(items.back())) {
-    layer.add_last_circle();
-  } else {
-    layer.pieces.back().leaves = false;
+  } else if (after == AfterMission::Circle) {
+    if (std::holds_alternative<Waypoint>(items.back()))
+      layer.add_last_circle();
+    else
+      layer.pieces.back().leaves = false;
   }
   layout.faults = std::move(layer.faults);
   if (layout.faults.empty()) layout.pieces = std::move(layer.pieces);

@@ -112,4 +112,28 @@ MultirotorSetpoint MultirotorPilot::setpoint(double time_s, double dt_s, bool on
           .yaw_rate_radps = turn / dt_s};
 }
 
+Result<std::vector<PlannedPoint>> planned_points(const MultirotorMission& mission, double step_s, double until_s) {
+  auto pilot = MultirotorPilot::create(mission, MultirotorGains().max_yaw_rate_radps);
+  if (!pilot) return fail(pilot);
+  const double end_s = pilot->end_s().value_or(until_s);
+  step_s = std::max(step_s, end_s / 20000);
+  std::vector<PlannedPoint> points;
+  for (int i = 0; i * step_s <= end_s; ++i) {
+    const MultirotorSetpoint at = pilot->setpoint(i * step_s, step_s, false);
+    const bool landing = pilot->phase() == MultirotorPhase::Landing;
+    if (landing && -at.position_ned_m.z() < mission.ground_height_m) break;
+    const Eigen::Vector3d& v = at.velocity_ned_mps;
+    const double speed_mps = v.head<2>().norm();
+    points.push_back({.north_m = at.position_ned_m.x(),
+                      .east_m = at.position_ned_m.y(),
+                      .height_m = -at.position_ned_m.z(),
+                      .course_rad = speed_mps > 0 ? std::atan2(v.y(), v.x()) : at.yaw_rad,
+                      .length_m = speed_mps * step_s,
+                      .item = std::min(pilot->waypoint(), std::max<std::size_t>(mission.waypoints.size(), 1) - 1),
+                      .kept = KeptMotion{speed_mps, -v.z(), at.yaw_rad, step_s},
+                      .low = landing || pilot->phase() == MultirotorPhase::TakeOff});
+  }
+  return points;
+}
+
 }  // namespace nadir::sim

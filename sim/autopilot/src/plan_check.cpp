@@ -20,7 +20,7 @@ struct Worst {
   double ground_speed_mps = 0, airspeed_mps = 0;
   Vector2d wind_mps = Vector2d::Zero();
 };
-enum Kind { Climb, Turn, Ground, Headway, kinds };
+enum Kind { Climb, Turn, Ground, Headway, Airspeed, kinds };
 
 /// Bank that a turn takes: the nose crabs, and only the part of lift across the course bends the path.
 double bank_rad(const Worst& at) {
@@ -31,6 +31,9 @@ double bank_rad(const Worst& at) {
 }
 
 std::string climb_message(const Worst& at, const FlightLimits& limits) {
+  if (at.point.kept)
+    return fmt::format("asks for a climb of {:.1f} m/s; the vehicle's limit is {:.1f} m/s: lower its climb_mps",
+                       at.point.kept->climb_mps, limits.max_climb_mps);
   return fmt::format(
       "asks for a {} of {:.1f} m/s, a slope of {:.3f} at {:.1f} m/s over ground; the autopilot's limit is {:g} m/s: "
       "make the way longer or the change of height smaller",
@@ -60,6 +63,14 @@ std::string headway_message(const Worst& at) {
       std::fmod(at.point.course_rad * to_deg + 720, 360), "fly faster, or in less wind");
 }
 
+std::string airspeed_message(const Worst& at, const FlightLimits& limits) {
+  return fmt::format(
+      "{:.1f} m/s over ground along the course of {:.0f} degrees take an airspeed of {:.1f} m/s in a wind of {:.1f} "
+      "m/s; the vehicle's limit is {:.1f}: fly more slowly, or in less wind",
+      at.ground_speed_mps, std::fmod(at.point.course_rad * to_deg + 720, 360), at.airspeed_mps, at.wind_mps.norm(),
+      limits.max_airspeed_mps);
+}
+
 }  // namespace
 
 double ground_speed_mps(double airspeed_mps, double course_rad, const Vector2d& wind_mps) {
@@ -75,17 +86,26 @@ Result<PlanCheck> check_plan(std::span<const PlannedPoint> points, const FlightL
   for (const PlannedPoint& point : points) {
     const auto here = surroundings(point);
     if (!here) return fail(here);
-    Worst at{0, point, 0, point.airspeed_mps.value_or(limits.airspeed_mps), here->wind_mps};
-    at.ground_speed_mps = ground_speed_mps(at.airspeed_mps, point.course_rad, at.wind_mps);
-    const bool moves = at.ground_speed_mps > 0;
-    check.seconds += moves ? point.length_m / at.ground_speed_mps : INFINITY;
-
     auto& worst = items[point.item];
+    Worst at{0, point, 0, point.airspeed_mps.value_or(limits.airspeed_mps), here->wind_mps};
     const auto offer = [&](Kind kind, double measure) {
       at.measure = measure;
       if (measure > worst[kind].measure) worst[kind] = at;
     };
-    offer(Ground, -here->above_ground_m);
+    if (!point.low) offer(Ground, -here->above_ground_m);
+    if (const auto& kept = point.kept) {
+      check.seconds += kept->seconds;
+      at.ground_speed_mps = kept->ground_speed_mps;
+      const Vector2d along(std::cos(point.course_rad), std::sin(point.course_rad));
+      at.airspeed_mps = (kept->ground_speed_mps * along - at.wind_mps).norm();
+      offer(Airspeed, at.airspeed_mps / limits.max_airspeed_mps);
+      offer(Climb, kept->climb_mps / limits.max_climb_mps);
+      continue;
+    }
+    at.ground_speed_mps = ground_speed_mps(at.airspeed_mps, point.course_rad, at.wind_mps);
+    const bool moves = at.ground_speed_mps > 0;
+    check.seconds += moves ? point.length_m / at.ground_speed_mps : INFINITY;
+
     offer(Headway, -at.ground_speed_mps / at.airspeed_mps);
     if (!moves) continue;
     offer(Climb, std::abs(point.slope) * at.ground_speed_mps / limits.max_climb_mps);
@@ -102,6 +122,7 @@ Result<PlanCheck> check_plan(std::span<const PlannedPoint> points, const FlightL
     note(Turn, doubtful_share, 1 + slack, [&](const Worst& at) { return turn_message(at, limits); });
     note(Ground, -limits.near_ground_m, 0, ground_message);
     note(Headway, -(1 - doubtful_share), 0, headway_message);
+    note(Airspeed, doubtful_share, 1 + slack, [&](const Worst& at) { return airspeed_message(at, limits); });
   }
   return check;
 }

@@ -5,6 +5,10 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <numeric>
+#include <span>
+
+#include "nadir/sim/dubins.h"
 
 namespace nadir::sim {
 namespace {
@@ -90,13 +94,32 @@ Strips best_strips(const Area& area, double width_m, double side_overlap) {
   return *best;
 }
 
-/// Lines over the strips, beginning with the first or the last, in the direction of the heading or against it.
-std::vector<Waypoint> lines_over(const Strips& strips, const SurveyOrder& order, bool from_last, bool against) {
+/// The order of `lines` in blocks of nearly one size: by turns a line of the lower half and one of the upper, with
+/// neighbours in time half a block apart. A block begins in the half that lies away from where the last one ended.
+std::vector<std::size_t> by_halves(std::size_t lines, std::size_t blocks) {
+  std::vector<std::size_t> order;
+  bool high_first = false;
+  for (std::size_t block = 0; block < blocks; ++block) {
+    const std::size_t begin = lines * block / blocks, size = lines * (block + 1) / blocks - begin;
+    const std::size_t lower = high_first ? size / 2 : (size + 1) / 2;  // the half begun with has the odd one
+    for (std::size_t i = 0; i < size; ++i) {
+      const bool high = (i % 2 == 1) != high_first;
+      order.push_back(begin + i / 2 + (high ? lower : 0));
+    }
+    high_first = (size % 2 == 0) != high_first;  // ended high: the next one's lower half is near
+  }
+  return order;
+}
+
+/// Lines over the strips in an order of theirs, or in that order from the other side; in the direction of the heading
+/// or against it.
+std::vector<Waypoint> lines_over(const Strips& strips, const SurveyOrder& order, std::span<const std::size_t> sequence,
+                                 bool from_last, bool against) {
   const Vector2d along(std::cos(strips.heading_rad), std::sin(strips.heading_rad)), right(-along.y(), along.x());
   std::vector<Waypoint> waypoints;
   double sense = against ? -1 : 1;
   for (std::size_t i = 0; i < strips.strips.size(); ++i, sense = -sense) {
-    const Strip& strip = strips.strips[from_last ? strips.strips.size() - 1 - i : i];
+    const Strip& strip = strips.strips[from_last ? strips.strips.size() - 1 - sequence[i] : sequence[i]];
     // In the line's own axes: forward, and to its right
     const double enters = sense > 0 ? strip.low : -strip.high, leaves = sense > 0 ? strip.high : -strip.low;
     const double begin = enters - order.seen_m.max().x() - order.lead_in_m,
@@ -115,14 +138,49 @@ std::vector<Waypoint> lines_over(const Strips& strips, const SurveyOrder& order,
   return waypoints;
 }
 
+/// Of the ways between lines.
+double turns_m(const std::vector<Waypoint>& waypoints, double radius_m) {
+  double sum_m = 0;
+  for (std::size_t i = 1; i + 1 < waypoints.size(); i += 2) {
+    const auto pose = [&](std::size_t k) {
+      return WayEnd::pose({waypoints[k].north_m, waypoints[k].east_m}, *waypoints[k].course_rad);
+    };
+    sum_m += shortest_way(pose(i), pose(i + 1), radius_m)->length_m;
+  }
+  return sum_m;
+}
+
+/// The order of lines with the shortest way.
+std::vector<std::size_t> best_sequence(const Strips& strips, const SurveyOrder& order) {
+  const std::size_t lines = strips.strips.size();
+  std::vector<std::size_t> best(lines);
+  std::iota(best.begin(), best.end(), std::size_t{0});
+  if (!(order.turn_radius_m > 0) || !(strips.spacing_m > 0)) return best;
+  const auto length_m = [&](const std::vector<std::size_t>& sequence) {
+    return turns_m(lines_over(strips, order, sequence, false, false), order.turn_radius_m);
+  };
+  // Blocks just large enough for turns of two radii, and larger ones
+  const auto wide = static_cast<std::size_t>(std::ceil(2 * order.turn_radius_m / strips.spacing_m - 1e-9));
+  const std::size_t most_blocks = std::max<std::size_t>(1, lines / (2 * wide + 1));
+  double least_m = length_m(best);
+  for (std::size_t blocks = most_blocks > 2 ? most_blocks - 2 : 1; blocks <= most_blocks; ++blocks) {
+    std::vector<std::size_t> sequence = by_halves(lines, blocks);
+    const double sequence_m = length_m(sequence);
+    if (!(sequence_m < least_m - 1e-6)) continue;
+    least_m = sequence_m;
+    best = std::move(sequence);
+  }
+  return best;
+}
+
 }  // namespace
 
 Result<SurveyPlan> plan_survey(const Area& area, const SurveyOrder& order) {
   for (const double overlap : {order.forward_overlap, order.side_overlap})
     if (!(overlap >= 0 && overlap <= 0.95))
       return fail(Error::Kind::Malformed, fmt::format("expected an overlap from 0 to 0.95, found {}", overlap));
-  if (!(order.lead_in_m >= 0 && order.lead_out_m >= 0))
-    return fail(Error::Kind::Malformed, "expected a lead-in and a lead-out from 0 m");
+  if (!(order.lead_in_m >= 0 && order.lead_out_m >= 0 && order.turn_radius_m >= 0))
+    return fail(Error::Kind::Malformed, "expected a lead-in, a lead-out and a turn radius from 0 m");
   const Vector2d size = order.seen_m.isEmpty() ? Vector2d::Zero() : Vector2d(order.seen_m.sizes());
   if (!(size.x() > 0 && size.y() > 0 && size.allFinite()))
     return fail(Error::Kind::Malformed, "the camera sees no rectangle of the ground in level flight");
@@ -138,10 +196,11 @@ Result<SurveyPlan> plan_survey(const Area& area, const SurveyOrder& order) {
   plan.line_spacing_m = strips.spacing_m;
   plan.exposure_spacing_m = size.x() * (1 - order.forward_overlap);
   plan.seen_at_least = at_least(order.forward_overlap) * at_least(order.side_overlap);
+  const std::vector<std::size_t> sequence = best_sequence(strips, order);
   double nearest = INFINITY;
   for (const bool from_last : {false, true})
     for (const bool against : {false, true}) {
-      auto waypoints = lines_over(strips, order, from_last, against);
+      auto waypoints = lines_over(strips, order, sequence, from_last, against);
       const Vector2d first(waypoints[0].north_m, waypoints[0].east_m);
       const double distance = order.from ? (first - *order.from).norm() : 0;
       if (!(distance < nearest - 1e-6)) continue;

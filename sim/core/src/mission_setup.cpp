@@ -35,12 +35,17 @@ TypedHeight read_height(const YamlMap& yaml, const TypedHeight& otherwise) {
   return parsed<TypedHeight>(yaml, "height", geodesy::parse_height).value_or(otherwise);
 }
 
-WaypointSetup read_waypoint(const YamlMap& yaml, const TypedHeight& height) {
+WaypointSetup read_position(const YamlMap& yaml, const TypedHeight& height) {
   WaypointSetup point;
   if (!yaml.has("lat_deg") && !yaml.has("lon_deg"))
     for (const char* key : {"north_m", "east_m"}) yaml.require(key);
   point.place = read_place(yaml);
   point.height = read_height(yaml, height);
+  return point;
+}
+
+WaypointSetup read_waypoint(const YamlMap& yaml, const TypedHeight& height) {
+  WaypointSetup point = read_position(yaml, height);
   point.course_deg = yaml.number("course_deg");
   point.turn_radius_m = yaml.number("turn_radius_m");
   if (point.turn_radius_m && !(*point.turn_radius_m >= 0))
@@ -107,10 +112,12 @@ SurveySetup read_survey(const YamlMap& yaml, const TypedHeight& height, std::spa
   take_within(yaml, "forward_overlap", 0, 0.95, survey.forward_overlap);
   take_within(yaml, "side_overlap", 0, 0.95, survey.side_overlap);
   survey.heading_deg = yaml.number("heading_deg");
+  return survey;
+}
+
+void read_leads(const YamlMap& yaml, SurveySetup& survey) {
   take_within(yaml, "lead_in_m", 0, 1e6, survey.lead_in_m);
   take_within(yaml, "lead_out_m", 0, 1e6, survey.lead_out_m);
-  survey.airspeed_mps = positive(yaml, "airspeed_mps");
-  return survey;
 }
 
 RandomPathSetup read_random(const YamlMap& yaml, const TypedHeight& height, double turn_radius_m) {
@@ -163,9 +170,10 @@ std::string optional_text(const char* key, std::optional<double> value) {
 }
 
 std::string text(const WaypointSetup& w) {
-  return fmt::format("{}, height: {}{}{}{}", place_text(w.place), height_text(w.height),
+  return fmt::format("{}, height: {}{}{}{}{}{}{}", place_text(w.place), height_text(w.height),
                      optional_text("course_deg", w.course_deg), optional_text("turn_radius_m", w.turn_radius_m),
-                     optional_text("airspeed_mps", w.airspeed_mps));
+                     optional_text("airspeed_mps", w.airspeed_mps), optional_text("hold_s", w.hold_s),
+                     optional_text("yaw_deg", w.yaw_deg), optional_text("speed_mps", w.speed_mps));
 }
 std::string text(const OrbitSetup& o) {
   return fmt::format("orbit: {{{}, height: {}, radius_m: {}, direction: {}{}{}{}}}", place_text(o.center),
@@ -175,10 +183,10 @@ std::string text(const OrbitSetup& o) {
 std::string text(const SurveySetup& s) {
   return fmt::format(
       "survey: {{{}, height: {}, sensor: {}, forward_overlap: {}, side_overlap: {}{}, lead_in_m: {}, lead_out_m: "
-      "{}{}}}",
+      "{}{}{}}}",
       area_text(s.area), height_text(s.height), yaml_quoted(s.sensor), s.forward_overlap, s.side_overlap,
       optional_text("heading_deg", s.heading_deg), s.lead_in_m, s.lead_out_m,
-      optional_text("airspeed_mps", s.airspeed_mps));
+      optional_text("airspeed_mps", s.airspeed_mps), optional_text("speed_mps", s.speed_mps));
 }
 std::string text(const RandomPathSetup& r) {
   return fmt::format(
@@ -210,14 +218,51 @@ std::vector<MissionItemSetup> read_mission(const YamlMap& vehicle, const TypedHe
   TypedHeight height = start;
   for (const YamlMap& yaml : vehicle.maps("mission")) {
     MissionItemSetup item{{}, yaml.line(), yaml.name()};
-    if (const auto orbit = yaml.map("orbit"))
+    if (const auto orbit = yaml.map("orbit")) {
       item.what = read_orbit(*orbit, height);
-    else if (const auto survey = yaml.map("survey"))
-      item.what = read_survey(*survey, height, sensors);
-    else if (const auto random = yaml.map("random"))
+    } else if (const auto survey = yaml.map("survey")) {
+      SurveySetup read = read_survey(*survey, height, sensors);
+      read_leads(*survey, read);
+      read.airspeed_mps = positive(*survey, "airspeed_mps");
+      item.what = read;
+    } else if (const auto random = yaml.map("random")) {
       item.what = read_random(*random, height, turn_radius_m);
-    else if (!yaml.has("orbit") && !yaml.has("survey") && !yaml.has("random"))
+    } else if (!yaml.has("orbit") && !yaml.has("survey") && !yaml.has("random")) {
       item.what = read_waypoint(yaml, height);
+    }
+    height = height_after(item);
+    items.push_back(std::move(item));
+  }
+  return items;
+}
+
+std::vector<MissionItemSetup> read_multirotor_mission(const YamlMap& vehicle, const TypedHeight& start,
+                                                      double speed_mps, double acceleration_mps2,
+                                                      std::span<const std::string_view> sensors) {
+  std::vector<MissionItemSetup> items;
+  TypedHeight height = start;
+  for (const YamlMap& yaml : vehicle.maps("mission")) {
+    MissionItemSetup item{{}, yaml.line(), yaml.name()};
+    for (const char* key : {"orbit", "random"})
+      if (yaml.map(key)) yaml.fault(key, "expected a waypoint or a survey: that is for fixed wings");
+    if (const auto yaml_survey = yaml.map("survey")) {
+      SurveySetup survey = read_survey(*yaml_survey, height, sensors);
+      survey.speed_mps = positive(*yaml_survey, "speed_mps");
+      // Up to speed at three quarters of v^2 / a, as trajectories change it; then a second to come to rest in attitude
+      const double speed = survey.speed_mps.value_or(speed_mps);
+      survey.lead_in_m = survey.lead_out_m = std::ceil(0.75 * speed * speed / acceleration_mps2 + speed);
+      read_leads(*yaml_survey, survey);
+      item.what = survey;
+    } else if (!yaml.has("survey") && !yaml.has("orbit") && !yaml.has("random")) {
+      WaypointSetup point = read_position(yaml, height);
+      if (const auto hold = yaml.number("hold_s")) {
+        point.hold_s = hold;
+        if (!(*hold >= 0)) yaml.fault("hold_s", fmt::format("expected 0 or more, found {}", *hold));
+      }
+      point.yaw_deg = yaml.number("yaw_deg");
+      point.speed_mps = positive(yaml, "speed_mps");
+      item.what = point;
+    }
     height = height_after(item);
     items.push_back(std::move(item));
   }

@@ -2,37 +2,12 @@
 
 #include <fmt/format.h>
 
-#include "nadir/geodesy/height.h"
 #include "nadir/sim/vehicle_file.h"
 #include "read_yaml.h"
 
 namespace nadir::sim {
-namespace {
-
-MultirotorWaypointSetup read_waypoint(const YamlMap& yaml, const geodesy::TypedHeight& height) {
-  MultirotorWaypointSetup point;
-  point.place = read_place(yaml);
-  point.height = height;
-  take(parsed<geodesy::TypedHeight>(yaml, "height", geodesy::parse_height), point.height);
-  if (const auto hold = yaml.number("hold_s")) {
-    point.hold_s = hold;
-    if (!(*hold >= 0)) yaml.fault("hold_s", fmt::format("expected 0 or more, found {}", *hold));
-  }
-  point.yaw_deg = yaml.number("yaw_deg");
-  point.speed_mps = positive(yaml, "speed_mps");
-  return point;
-}
-
-}  // namespace
-
-MultirotorSetup read_multirotor(const YamlMap& vehicle, const geodesy::TypedHeight& start,
-                                const std::optional<Battery>& battery) {
+MultirotorSetup read_multirotor(const YamlMap& vehicle, const std::optional<Battery>& battery) {
   MultirotorSetup setup;
-  geodesy::TypedHeight height = start;
-  for (const YamlMap& point : vehicle.maps("mission")) {
-    setup.mission.push_back(read_waypoint(point, height));
-    height = setup.mission.back().height;  // a waypoint without height keeps the last one's
-  }
   if (const auto flight = vehicle.map("flight")) {
     take_positive(*flight, "speed_mps", setup.speed_mps);
     take_positive(*flight, "climb_mps", setup.climb_mps);
@@ -59,15 +34,6 @@ std::string multirotor_text(const MultirotorSetup& setup) {
       setup.take_off_height_m, setup.landing_mps);
   if (setup.battery)
     text += fmt::format("    battery: {{{}, charge_share: {}}}\n", battery_text(*setup.battery), setup.charge_share);
-  if (!setup.mission.empty()) text += "    mission:\n";
-  for (const MultirotorWaypointSetup& w : setup.mission) {
-    text += fmt::format("      - {{{}, height: {} {}", place_text(w.place), w.height.value_m,
-                        geodesy::to_string(w.height.datum));
-    if (w.hold_s) text += fmt::format(", hold_s: {}", *w.hold_s);
-    if (w.yaw_deg) text += fmt::format(", yaw_deg: {}", *w.yaw_deg);
-    if (w.speed_mps) text += fmt::format(", speed_mps: {}", *w.speed_mps);
-    text += "}\n";
-  }
   return text;
 }
 

@@ -5,11 +5,8 @@
 #include <cassert>
 #include <cmath>
 
-#include "flight_air.h"
 #include "flight_parts.h"
 #include "nadir/base/time.h"
-#include "nadir/sim/air_along_path.h"
-#include "nadir/sim/flown_fixed_wing.h"
 #include "nadir/sim/plan_motion.h"
 #include "nadir/sim/pose_file.h"
 
@@ -121,42 +118,6 @@ Result<std::unique_ptr<PoseSource>> planned_flight(const MakeFlight& make, const
   auto flight = make(plan->scheme);
   if (!flight) return fail(flight);
   return std::make_unique<FlownPoses>(std::move(*flight), *plan);
-}
-
-Result<std::unique_ptr<PoseSource>> make_flight(const RunFile& run, const std::string& name, const VehicleSetup& setup,
-                                                const FlightPlan& plan, const render::Surface& ground) {
-  const FixedWing vehicle = setup.fixed_wing();
-  const LocalFrame& scene = ground.frame();
-  const Geodetic place = geodetic_from_ecef(
-      scene.ecef_from_enu() * Point<frame::Enu>{{plan.begin.east_m, plan.begin.north_m, plan.begin.height_m}});
-
-  const auto environment = environment_of(run, scene, place);
-  if (!environment) return fail(environment);
-  const double yaw_rad = to_radians(setup.yaw_deg);
-  const MakeFlight make = [&](const Scheme& scheme) -> Result<Flight> {
-    auto parts = make_air(run, name, vehicle.span_m, ground);
-    if (!parts) return fail(parts);
-    auto air = AirAlongPath::start(std::move(*parts), ecef_from_geodetic(place),
-                                   {std::cos(yaw_rad), std::sin(yaw_rad), 0}, setup.airspeed_mps);
-    if (!air) return fail(air);
-    auto flown =
-        fly_fixed_wing({.vehicle = vehicle,
-                        .environment = *environment,
-                        .scene = scene,
-                        .start = place,
-                        .yaw_rad = yaw_rad,
-                        .airspeed_mps = setup.airspeed_mps,
-                        .wind_ned_mps = air->air().end().velocity_ned_mps,
-                        .mission = plan.mission,
-                        .change_gains = [autopilot = setup.autopilot](FlightGains& gains) { autopilot.apply(gains); },
-                        .fly_unstable = setup.autopilot.fly_unstable,
-                        .ground = plan.ground,
-                        .tolerance_m = setup.trajectory_tolerance_m,
-                        .scheme = scheme});
-    if (!flown) return fail(flown);
-    return Flight(*environment, std::move(*air), std::move(*flown));
-  };
-  return planned_flight(make, setup, run.duration_ns);
 }
 
 Result<std::unique_ptr<PoseSource>> make_recorded_poses(const RunFile& run, const VehicleSetup& setup,

@@ -15,7 +15,8 @@ Result<std::unique_ptr<PoseSource>> make_flight(const RunFile& run, const std::s
 
 /// A multirotor flown by its autopilot, from hover or from standing on the ground.
 Result<std::unique_ptr<PoseSource>> make_multirotor_flight(const RunFile& run, const std::string& name,
-                                                           const VehicleSetup& setup, const render::Surface& ground);
+                                                           const VehicleSetup& setup, const MultirotorPlan& plan,
+                                                           const render::Surface& ground);
 
 /// A vehicle that is where a pose file says; between its rows in a straight line, turning evenly.
 Result<std::unique_ptr<PoseSource>> make_recorded_poses(const RunFile& run, const VehicleSetup& setup,

@@ -16,16 +16,19 @@
 namespace nadir::sim {
 namespace {
 
-constexpr double step_m = 10;
 constexpr std::size_t most_exposures = 400;  // looked at, of each sensor
 
 class Preflight {
  public:
   Preflight(const Run& run, const PreparedVehicle& vehicle, const VehicleSetup& setup,
             std::vector<PreflightFinding>& out)
-      : run_(run), vehicle_(vehicle), setup_(setup), out_(out), points_(planned_points(vehicle.plan->mission, step_m)) {
-    const auto& items = vehicle.plan->setup_item;
+      : run_(run), vehicle_(vehicle), setup_(setup), out_(out), points_(planned_path(run.file(), vehicle)) {
+    const auto& items = vehicle.planned()->setup_item;
     for (PlannedPoint& p : points_) p.item = items.empty() ? 0 : items[p.item];  // a survey is one of the run file's
+    if (vehicle.multirotor_plan) {
+      limits_ = multirotor_limits(run.file(), setup, run.ground(), ecef(points_.front()));
+      return;
+    }
     limits_ = flight_limits(setup);
     const FixedWingGroundSetup& ground = vehicle.plan->ground;  // whose ways to the ground and from it are no fault
     constexpr double lower = 0.9;
@@ -46,8 +49,13 @@ class Preflight {
     });
     if (!check) return fail(check);
     for (const PlanFinding& f : check->findings) note(f.item, f.impossible, f.message);
-    look_at_airspeeds();
-    look_at_rough_air();
+    if (vehicle_.multirotor_plan) {
+      if (auto ok = look_at_battery(check->seconds); !ok) return ok;
+    } else {
+      look_at_airspeeds();
+      look_at_rough_air();
+    }
+    look_at_time(check->seconds);
     look_at_surveys(check->seconds);
     return look_at_cameras();
   }
@@ -94,9 +102,74 @@ class Preflight {
                        setup_.airspeed_mps));
   }
 
+  /// What steady flight along the path draws, and hover after it; changes of speed even out.
+  Result<void> look_at_battery(double mission_s) {
+    const Multirotor vehicle = setup_.multirotor_vehicle();
+    if (!vehicle.battery) return {};
+    const double duration_s = seconds_from_ns(run_.file().duration_ns);
+    const double flown_s = lands() ? std::min(duration_s, mission_s) : duration_s;
+    const double charge_as = vehicle.battery->capacity_ah * setup_.multirotor->charge_share * 3600;
+    double drawn_as = 0, time_s = 0, empty_s = INFINITY, current_a = 0;
+    std::size_t item = 0;  // where it is empty
+    const auto draw = [&](double seconds, std::size_t at_item) {
+      const double rest_s = std::min(seconds, flown_s - time_s);
+      if (drawn_as + current_a * rest_s > charge_as && std::isinf(empty_s)) {
+        empty_s = time_s + (charge_as - drawn_as) / current_a;
+        item = at_item;
+      }
+      drawn_as += current_a * std::max(rest_s, 0.0);
+      time_s += seconds;
+    };
+    constexpr std::size_t most_looked_at = 2000;
+    const std::size_t stride = points_.size() / most_looked_at + 1;
+    for (std::size_t i = 0; i < points_.size() && time_s < flown_s; ++i) {
+      const PlannedPoint& p = points_[i];
+      if (i % stride == 0) {
+        const auto wind = wind_at(winds_, ecef(p), run_.ground());
+        if (!wind) return fail(wind);
+        const Eigen::Vector3d over_ground(p.kept->ground_speed_mps * std::cos(p.course_rad),
+                                          p.kept->ground_speed_mps * std::sin(p.course_rad), -p.kept->climb_mps);
+        const auto steady =
+            multirotor_steady(run_.file(), setup_, p.kept->yaw_rad, over_ground - *wind, run_.ground(), ecef(p));
+        if (steady) current_a = steady->output.supply_current_a;  // else it is told already that there is none
+      }
+      draw(p.kept->seconds, p.item);
+    }
+    if (time_s < flown_s) draw(flown_s - time_s, points_.back().item);
+    if (empty_s < flown_s)
+      note(item, true,
+           fmt::format("the battery is empty after about {:.0f} s of the {:.0f} that are flown: fly less, or with a "
+                       "larger one than {:g} A h",
+                       empty_s, flown_s, charge_as / 3600));
+    else if (drawn_as > 0.875 * charge_as)
+      note(points_.back().item, false,
+           fmt::format("the flight leaves about {:.0f} % of the battery's {:g} A h", 100 * (1 - drawn_as / charge_as),
+                       charge_as / 3600));
+    return {};
+  }
+
+  bool lands() const { return vehicle_.plan ? vehicle_.plan->ground.landing.has_value() : setup_.multirotor->land; }
+
+  /// A run that ends before its landing, or goes on for long after a mission.
+  void look_at_time(double mission_s) {
+    if (setup_.mission.empty() || setup_.repeat_mission || !std::isfinite(mission_s)) return;
+    const double duration_s = seconds_from_ns(run_.file().duration_ns);
+    const std::size_t last = setup_.mission.size() - 1;
+    constexpr double long_s = 60;
+    if (lands() && mission_s > duration_s)
+      note(last, false,
+           fmt::format("the run ends after {:g} s, and landing takes until about {:.0f} s: raise duration_s",
+                       duration_s, mission_s));
+    const bool goes_on = std::holds_alternative<OrbitSetup>(setup_.mission.back().what) || lands();
+    if (!goes_on && mission_s < 0.5 * duration_s && duration_s - mission_s > long_s)
+      note(last, false,
+           fmt::format("the mission is over after about {:.0f} s of the run's {:g} s: it {} on from there", mission_s,
+                       duration_s, vehicle_.plan ? "circles" : "hovers"));
+  }
+
   void look_at_surveys(double mission_s) {
     const double duration_s = seconds_from_ns(run_.file().duration_ns);
-    for (const PlannedSurvey& survey : vehicle_.plan->surveys) {
+    for (const PlannedSurvey& survey : vehicle_.planned()->surveys) {
       const SensorSetup& sensor = run_.sensor(vehicle_.name, survey.sensor).setup;
       if (sensor.rate.hz() < survey.rate_hz / 1.01)
         note(survey.item, false,
@@ -120,8 +193,8 @@ class Preflight {
       const std::size_t stride = points_.size() / most_exposures + 1;
       for (std::size_t i = 0; i < points_.size() && time_s <= duration_s; ++i) {
         const PlannedPoint& p = points_[i];
-        time_s += p.length_m / p.airspeed_mps.value_or(setup_.airspeed_mps);
-        if (i % stride != 0) continue;
+        time_s += p.kept ? p.kept->seconds : p.length_m / p.airspeed_mps.value_or(setup_.airspeed_mps);
+        if (i % stride != 0 || p.low) continue;
         auto& [away, looked_at] = off[p.item];
         const auto truth =
             render::geometric_truth(exact_chain(level_flight(p), sensor), sensor.scene.layers().front().source->map());
@@ -144,7 +217,7 @@ class Preflight {
   VehicleState level_flight(const PlannedPoint& p) const {
     const auto place = ecef(p);
     const auto ned = geodesy::ecef_from_ned(geodesy::geodetic_from_ecef(place));
-    const Eigen::Quaterniond yaw(Eigen::AngleAxisd(p.course_rad, Eigen::Vector3d::UnitZ()));
+    const Eigen::Quaterniond yaw(Eigen::AngleAxisd(p.kept ? p.kept->yaw_rad : p.course_rad, Eigen::Vector3d::UnitZ()));
     return vehicle_state(0, {ned.rotation * yaw, place.xyz});
   }
 
@@ -162,7 +235,7 @@ class Preflight {
 Result<std::vector<PreflightFinding>> preflight(const Run& run) {
   std::vector<PreflightFinding> findings;
   for (const PreparedVehicle& vehicle : run.vehicles()) {
-    if (!vehicle.plan) continue;
+    if (!vehicle.planned()) continue;
     for (const auto& [name, setup] : run.file().vehicles) {
       if (name != vehicle.name) continue;
       if (auto ok = Preflight(run, vehicle, setup, findings).look(); !ok) return fail(ok);

@@ -7,9 +7,10 @@
 #include <chrono>
 #include <cmath>
 
-#include "pose_sources.h"
+#include "nadir/base/time.h"
 #include "nadir/render/adaptive_quality.h"
 #include "nadir/sim/scene_setup.h"
+#include "pose_sources.h"
 
 namespace nadir::sim {
 namespace {
@@ -50,13 +51,34 @@ std::vector<VehicleCamera> cameras_of(std::span<const PreparedSensor> sensors) {
 }
 
 /// The rate that a sensor's surveys ask for, rounded up to thousandths, within what rates can be.
-void take_rate(const FlightPlan& plan, const std::string& name, SensorSetup& sensor) {
+void take_rate(const PlannedMission& plan, const std::string& name, SensorSetup& sensor) {
   double rate_hz = 1e-3;
   for (const PlannedSurvey& survey : plan.surveys)
     if (survey.sensor == name) rate_hz = std::max(rate_hz, survey.rate_hz);
   sensor.rate_text = fmt::format("{:.3f}", std::min(std::ceil(rate_hz * 1000) / 1000, 1e6));
   sensor.rate = Rate::parse_hz(sensor.rate_text).value();
   sensor.rate_of_survey = false;
+}
+
+/// The plan of a vehicle that is flown, by its kind.
+Result<void> plan_of(const RunFile& file, const VehicleSetup& setup, const render::Surface& ground,
+                     std::span<const VehicleCamera> cameras, PreparedVehicle& vehicle) {
+  const auto take = [](auto plan, auto& out) -> Result<void> {
+    if (!plan) return fail(plan);
+    out = std::move(*plan);
+    return {};
+  };
+  if (setup.multirotor)
+    return take(plan_multirotor_mission(file, vehicle.name, setup, ground, cameras), vehicle.multirotor_plan);
+  return take(plan_mission(file, vehicle.name, setup, ground, cameras), vehicle.plan);
+}
+
+Result<std::unique_ptr<PoseSource>> source_of(const RunFile& file, const VehicleSetup& setup,
+                                              const render::Surface& ground, const PreparedVehicle& vehicle) {
+  if (vehicle.multirotor_plan)
+    return make_multirotor_flight(file, vehicle.name, setup, *vehicle.multirotor_plan, ground);
+  if (vehicle.plan) return make_flight(file, vehicle.name, setup, *vehicle.plan, ground);
+  return make_recorded_poses(file, setup, ground);
 }
 
 /// No vehicle keeps its velocity for longer.
@@ -91,29 +113,23 @@ Result<Run> Run::prepare(const RunFile& file) {
       if (!prepared) return fail(prepared);
       run.sensors_.push_back(std::move(*prepared));
     }
-    if (setup.model == "poses" || setup.multirotor) {
-      auto source = setup.multirotor ? make_multirotor_flight(file, name, setup, *ground)
-                                     : make_recorded_poses(file, setup, *ground);
-      if (!source) return fail(source.error().kind, fmt::format("vehicle {}: {}", name, source.error().message));
-      if (const MotionPlan* motion = (*source)->motion_plan()) setup.integration = motion->scheme;
-      run.vehicles_.push_back({name, std::move(*source), {}});
-      continue;
-    }
     const std::span sensors = std::span(run.sensors_).subspan(first);
-    auto plan = plan_mission(file, name, setup, *ground, cameras_of(sensors));
-    if (!plan) {
-      faults += (faults.empty() ? "" : "\n") + plan.error().message;
-      continue;
-    }
+    PreparedVehicle vehicle{name, {}, {}, {}};
+    if (setup.model != "poses")
+      if (auto ok = plan_of(file, setup, *ground, cameras_of(sensors), vehicle); !ok) {
+        faults += (faults.empty() ? "" : "\n") + ok.error().message;
+        continue;
+      }
     for (std::size_t i = 0; i < sensors.size(); ++i)
       if (setup.sensors[i].second.rate_of_survey) {
-        take_rate(*plan, setup.sensors[i].first, setup.sensors[i].second);
+        take_rate(*vehicle.planned(), setup.sensors[i].first, setup.sensors[i].second);
         sensors[i].setup = setup.sensors[i].second;
       }
-    auto source = make_flight(file, name, setup, *plan, *ground);
+    auto source = source_of(file, setup, *ground, vehicle);
     if (!source) return fail(source.error().kind, fmt::format("vehicle {}: {}", name, source.error().message));
     if (const MotionPlan* motion = (*source)->motion_plan()) setup.integration = motion->scheme;
-    run.vehicles_.push_back({name, std::move(*source), std::move(*plan)});
+    vehicle.source = std::move(*source);
+    run.vehicles_.push_back(std::move(vehicle));
   }
   if (!faults.empty()) return fail(Error::Kind::Malformed, faults);
   run.layers_ = std::move(*layers);
@@ -165,6 +181,12 @@ Result<render::Frame> render_frame(render::Renderer& renderer, const VehicleStat
 render::ExactChain exact_chain(const VehicleState& state, const PreparedSensor& sensor) {
   if (sensor.setup.shutter.instant()) return {sensor.camera, camera_pose(state, sensor), sensor.scene.surface()};
   return {sensor.camera, camera_motion(state, sensor), sensor.setup.shutter, sensor.scene.surface()};
+}
+
+std::vector<PlannedPoint> planned_path(const RunFile& run, const PreparedVehicle& vehicle) {
+  constexpr double spacing_m = 10;
+  if (vehicle.multirotor_plan) return planned_path(*vehicle.multirotor_plan, seconds_from_ns(run.duration_ns));
+  return vehicle.plan ? planned_path(*vehicle.plan, spacing_m) : std::vector<PlannedPoint>();
 }
 
 std::string in_words(const RunEvent& event) {

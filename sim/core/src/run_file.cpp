@@ -221,13 +221,15 @@ VehicleSetup read_vehicle(const YamlMap& yaml, const SceneSetup& scene, const st
     take_positive(yaml, "trajectory_tolerance_m", vehicle.trajectory_tolerance_m);
     if (!(vehicle.trajectory_tolerance_m >= 1e-6)) yaml.fault("trajectory_tolerance_m", "expected at least 1e-6");
     if (const auto integration = yaml.map("integration")) vehicle.integration = read_integration(*integration);
+    std::vector<std::string_view> names;
+    for (const auto& [name, sensor] : vehicle.sensors) names.push_back(name);
     if (multirotor) {
-      vehicle.multirotor = read_multirotor(yaml, vehicle.start.height, multirotor->battery);
+      vehicle.multirotor = read_multirotor(yaml, multirotor->battery);
+      vehicle.mission = read_multirotor_mission(yaml, vehicle.start.height, vehicle.multirotor->speed_mps,
+                                                vehicle.multirotor->acceleration_mps2, names);
     } else {
       take_positive(yaml, "turn_radius_m", vehicle.turn_radius_m);
       if (const auto autopilot = yaml.map("autopilot")) vehicle.autopilot = read_autopilot(*autopilot);
-      std::vector<std::string_view> names;
-      for (const auto& [name, sensor] : vehicle.sensors) names.push_back(name);
       vehicle.mission = read_mission(yaml, vehicle.start.height, vehicle.turn_radius_m, names);
     }
   }

@@ -8,6 +8,7 @@
 #include <cassert>
 #include <cmath>
 
+#include "nadir/sim/flight.h"
 #include "nadir/sim/trim.h"
 
 namespace nadir::sim {
@@ -54,15 +55,16 @@ class FlownFixedWing final : public FlownVehicle {
   }
 
   const BodyState& body() const override { return state_.wing; }
+  bool takes_off() const { return takeoff_ && !takeoff_->done(); }
 
   Result<void> decide(std::int64_t time_ns, const AirMotion& air) override {
     const Navigation now = true_navigation(state_.wing, flight_.environment, air.velocity_ned_mps, flight_.scene);
     off_path_ = {};
-    const bool takes_off = takeoff_ && !takeoff_->done();
-    if (takes_off || (landing_ && flight_.mission.finished())) {
+    const bool low = takes_off();
+    if (low || (landing_ && flight_.mission.finished())) {
       const GroundSense sense{ground_->ground().under(state_.wing.position).height_m - standing_m_,
                               state_.contact.touching != 0};
-      const PilotCommand command = takes_off ? take_off(now, sense, time_ns, air) : land(now, sense, time_ns, air);
+      const PilotCommand command = low ? take_off(now, sense, time_ns, air) : land(now, sense, time_ns, air);
       controls_ = command.controls;
       gear_ = command.gear;
       return {};
@@ -296,9 +298,7 @@ class FlownFixedWing final : public FlownVehicle {
   std::int64_t touched_ns_ = 0;
 };
 
-}  // namespace
-
-Result<std::unique_ptr<FlownVehicle>> fly_fixed_wing(FixedWingFlight flight) {
+Result<std::unique_ptr<FlownFixedWing>> made(FixedWingFlight flight) {
   const Surroundings here = flight.environment.at(geodesy::ecef_from_geodetic(flight.start));
   const double density = here.density_kgpm3, gravity = here.gravity_ecef_mps2.norm();
   const auto forward_and_gains = [&](double airspeed_mps) -> Result<Approach> {
@@ -320,6 +320,34 @@ Result<std::unique_ptr<FlownVehicle>> fly_fixed_wing(FixedWingFlight flight) {
     approach = *found;
   }
   return std::make_unique<FlownFixedWing>(std::move(flight), cruise->forward, cruise->gains, approach);
+}
+
+}  // namespace
+
+Result<std::unique_ptr<FlownVehicle>> fly_fixed_wing(FixedWingFlight flight) { return made(std::move(flight)); }
+
+Result<Waypoint> climb_out_end(FixedWingFlight flight, AirAlongPath air) {
+  assert(flight.ground && flight.ground->takeoff);
+  constexpr std::int64_t longest_ns = 180'000'000'000;
+  const double clear_m = flight.ground->takeoff->clear_m;
+  const geodesy::LocalFrame scene = flight.scene;
+  const Environment environment = flight.environment;
+  auto vehicle = made(std::move(flight));
+  if (!vehicle) return fail(vehicle);
+  const FlownFixedWing& flown = **vehicle;
+  Flight climb(environment, std::move(air), std::move(*vehicle));
+  while (flown.takes_off()) {
+    if (climb.time_ns() >= longest_ns)
+      return fail(Error::Kind::Unsupported,
+                  fmt::format("takeoff: it has not {} after {:g} s: its motor is too weak for it, or rotate_mps, "
+                              "climb_mps or clear_m too high",
+                              climb.events().empty() ? "lifted off" : fmt::format("climbed to {:g} m", clear_m),
+                              seconds_from_ns(longest_ns)));
+    if (auto ok = climb.fly(climb.time_ns() + Flight::period_ns); !ok) return fail(ok);
+    if (const FlightEvent* end = climb.ended()) return fail(Error::Kind::Unsupported, "takeoff: " + in_words(*end));
+  }
+  const Navigation end = true_navigation(flown.body(), environment, Eigen::Vector3d::Zero(), scene);
+  return Waypoint{end.north_m, end.east_m, end.height_m, end.course_rad, {}, {}};
 }
 
 }  // namespace nadir::sim

@@ -150,7 +150,7 @@ class FlownMultirotor final : public FlownVehicle {
     };
     const bool empty = flight_.vehicle.battery && state_.vehicle.charge_ah <= 0;
     if (empty && before_.vehicle.charge_ah > 0)
-      events_.push_back({"battery empty", state_ns_, words(state_, state_ns_)});
+      events_.push_back({FlightEvent::battery_empty, state_ns_, words(state_, state_ns_)});
 
     // The first thing that breaks or must not touch
     const auto &part = report.part, &broken = report.broken;

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace nadir::sim {
@@ -27,8 +28,13 @@ std::vector<Place> fly(const MakeFlight& make, const Scheme& scheme, const Trial
     candidate.fault = flight.error().message;
     return places;
   }
-  // A crash ends the trial as it will end the flight
-  for (int i = 0; i < trial.intervals && candidate.fault.empty() && !flight->ended(); ++i) {
+  const auto falls = [&] {
+    const auto& events = flight->events();
+    return std::any_of(events.begin(), events.end(),
+                       [](const FlightEvent& event) { return event.name == FlightEvent::battery_empty; });
+  };
+  // A crash ends the trial as it will end the flight; how a vehicle tumbles that nobody steers is for no tolerance
+  for (int i = 0; i < trial.intervals && candidate.fault.empty() && !flight->ended() && !falls(); ++i) {
     if (auto ok = flight->fly(flight->time_ns() + Flight::period_ns); !ok) candidate.fault = ok.error().message;
     if (flight->ended() && flight->ended()->name == FlightEvent::diverged) candidate.fault = in_words(*flight->ended());
     const BodyState& body = flight->vehicle().body();

@@ -88,10 +88,9 @@ void tint_swath(const Overlay& overlay, const FootprintMap& map) {
   }
 }
 
-/// Dashes of one length along the plan, whatever its points.
-void draw_plan(const Overlay& overlay, const FootprintMap& map) {
+/// Dashes of one length along a plan, whatever its points.
+void draw_dashes(const Overlay& overlay, std::span<const PicturePoint> plan) {
   constexpr double dash = 9, gap = 6;
-  const std::vector<PicturePoint> plan = overlay.placed(map.plan);
   std::vector<PicturePoint> stroke;
   double along = 0;  // of dash and gap
   const auto end_stroke = [&] {
@@ -117,6 +116,16 @@ void draw_plan(const Overlay& overlay, const FootprintMap& map) {
     }
   }
   end_stroke();
+}
+
+/// The plan, and what its dashes are in the upper left corner.
+void draw_plan(const Overlay& overlay, const FootprintMap& map) {
+  if (map.plan.size() < 2) return;
+  draw_dashes(overlay, overlay.placed(map.plan));
+  const double left = overlay.area.x + margin, y = overlay.area.y + margin;
+  const std::array key = {PicturePoint{left, y}, PicturePoint{left + 39, y}};
+  draw_dashes(overlay, key);
+  overlay.label("planned", static_cast<int>(left) + 48, static_cast<int>(y) + label_size * 3 / 8, Align::Left);
 }
 
 void draw_path(const Overlay& overlay, const FootprintMap& map) {

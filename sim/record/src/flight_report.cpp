@@ -29,9 +29,9 @@ double median_of(std::vector<double> values) {
 }
 
 /// Along the planned path, near enough for a picture.
-std::vector<Eigen::Vector2d> places_of(const sim::Mission& mission) {
+std::vector<Eigen::Vector2d> places_of(const sim::RunFile& run, const sim::PreparedVehicle& vehicle) {
   std::vector<Eigen::Vector2d> places;
-  for (const sim::PlannedPoint& p : sim::planned_points(mission, 10)) places.emplace_back(p.north_m, p.east_m);
+  for (const sim::PlannedPoint& p : sim::planned_path(run, vehicle)) places.emplace_back(p.north_m, p.east_m);
   return places;
 }
 
@@ -65,8 +65,8 @@ FlightReport::FlightReport(const sim::Run& run) : run_(run) {
                         {name},
                         {name}});
     for (const sim::PreparedVehicle& vehicle : run.vehicles())
-      if (vehicle.name == sensor.vehicle && vehicle.plan && !vehicle.plan->setup_item.empty())
-        sensors_.back().overview.plan(places_of(vehicle.plan->mission));
+      if (vehicle.name == sensor.vehicle && vehicle.planned() && !vehicle.planned()->setup_item.empty())
+        sensors_.back().overview.plan(places_of(run.file(), vehicle));
   }
 }
 

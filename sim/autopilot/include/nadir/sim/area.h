@@ -21,6 +21,9 @@ class Area {
   /// Whether a point lies in it and at least `margin_m` >= 0 from its edge.
   bool contains(const Eigen::Vector2d& point, double margin_m = 0) const;
 
+  /// Radius of the largest disc in it, to a thousandth.
+  double widest_m() const;
+
   Eigen::AlignedBox2d bounds() const;
   /// Of the polygon; of a disc those of a regular one around it, up to a thousandth of its radius larger.
   std::span<const Eigen::Vector2d> corners() const { return corners_; }

@@ -12,7 +12,7 @@ namespace nadir::sim {
 struct LandingPlan {
   Runway runway;
   double glide_rad = 0.07;           // of the approach, below the horizontal
-  double approach_height_m = 50;     // above the runway, where the glide begins
+  double approach_height_m = 50;     // above the runway, from which the glide begins
   double airspeed_mps = 18;          // of the approach
   double flare_s = 2.5;              // time constant of the sink rate's fall with height
   double flare_lead_s = 0.6;         // that the vehicle's sink rate follows late by
@@ -21,8 +21,9 @@ struct LandingPlan {
   double brake = 0.7;                // on the roll
 };
 
-/// Points to fly over before the glide: one in line with the runway, and where the glide begins. A mission that ends
-/// with them ends on the approach. `straight_m`: between the two.
+/// Points to fly over before the glide: one in line with the runway, and one where the glide may begin at the earliest,
+/// which aims short of the touch-down point by what the flare leads past it. A mission that ends with them ends on the
+/// approach. `straight_m`: between the two.
 std::array<Waypoint, 2> approach(const LandingPlan& plan, double straight_m);
 
 /// Glides, flares, touches down and rolls out. The sink rate of the flare is proportional to the height that is left,
@@ -39,8 +40,7 @@ class Landing {
   PathError off_glide(const Navigation& now) const;  // of the path that is flown, before the flare
 
  private:
-  StraightPath glide(const Navigation& now) const;
-  double flare_past_m(double ground_speed_mps) const;
+  StraightPath glide(const Navigation& now) const;  // level until its beginning
 
   LandingPlan plan_;
   FeedForward feed_forward_;

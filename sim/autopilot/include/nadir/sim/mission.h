@@ -39,6 +39,7 @@ using MissionItem = std::variant<Waypoint, Orbit>;
 enum class AfterMission {
   Circle,  // an orbit goes on; from a waypoint a circle to the right that touches the way to it there
   Repeat,  // the first item again, for ever
+  GoesOn,  // nothing of the mission: something else flies on from its end, such as a landing
 };
 
 /// What is wrong with an item of a mission, counted from 0; none where it is the mission as a whole.
@@ -60,6 +61,13 @@ struct MissionPiece {
   double length_m() const;  // in plan
 };
 
+/// How a vehicle passes a place that keeps its motion over ground whatever the wind, and its nose where it is told.
+struct KeptMotion {
+  double ground_speed_mps = 0, climb_mps = 0;
+  double yaw_rad = 0;
+  double seconds = 0;  // that the place stands for
+};
+
 /// A place along a mission's path as planned.
 struct PlannedPoint {
   double north_m = 0, east_m = 0, height_m = 0;
@@ -68,7 +76,9 @@ struct PlannedPoint {
   double slope = 0;        // climb per metre in plan
   double length_m = 0;     // of the path that it stands for; 0 on a circle that is flown for ever
   std::optional<double> airspeed_mps = {};
-  std::size_t item = 0;  // that the path leads to there
+  std::size_t item = 0;                 // that the path leads to there
+  std::optional<KeptMotion> kept = {};  // of a vehicle that can hover
+  bool low = false;                     // on the way from the ground or down to it, which is near it on purpose
 };
 
 /// The path along waypoints and orbits. Legs between plain waypoints are straight, joined by arcs (fillets) that touch
@@ -82,8 +92,9 @@ class Mission {
   static std::vector<MissionFault> faults(const Waypoint& start, std::span<const MissionItem> items,
                                           double turn_radius_m, AfterMission after = AfterMission::Circle);
 
-  /// `start`: where the first way begins; its course matters where that is a Dubins path, and is north where it has
-  /// none. `turn_radius_m` > 0: of fillets, of Dubins paths and of the last circle. Fails with all faults.
+  /// `start`: where the first way begins; left in its course, by a Dubins path. Without one the first way begins in any
+  /// direction, or towards north where it leads to a waypoint with a course. `turn_radius_m` > 0: of fillets, of Dubins
+  /// paths and of the last circle. Fails with all faults.
   static Result<Mission> create(const Waypoint& start, std::span<const MissionItem> items, double turn_radius_m,
                                 AfterMission after = AfterMission::Circle);
 
@@ -91,8 +102,9 @@ class Mission {
   /// where it has gone round far enough. `time_s` never falls.
   const MissionPiece& piece_at(const Navigation& now, double time_s);
 
-  /// True once the vehicle has passed the last waypoint, or is on the last orbit; never for a mission that repeats.
-  bool finished() const { return !repeats_ && current_ + 1 == pieces_.size(); }
+  /// True once the vehicle has passed the last waypoint, or is on the last orbit; where something goes on, once it has
+  /// passed the last item. Never for a mission that repeats.
+  bool finished() const { return finished_; }
 
   /// In the order of the flight; of a mission that repeats, the way to its first item and two rounds.
   std::span<const MissionPiece> pieces() const { return pieces_; }
@@ -102,9 +114,10 @@ class Mission {
   bool passed(const MissionPiece& piece, const Navigation& now, double time_s);
 
   std::vector<MissionPiece> pieces_;  // at least one
-  bool repeats_ = false;
+  AfterMission after_ = AfterMission::Circle;
   std::size_t again_ = 0;  // the piece after the last one, where the mission repeats
   std::size_t current_ = 0;
+  bool finished_ = false;
 
   struct Round {  // on the circle that is flown now
     double bearing_rad = 0, turned_rad = 0, since_s = 0;

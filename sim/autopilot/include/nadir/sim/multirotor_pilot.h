@@ -39,6 +39,8 @@ class MultirotorPilot {
   /// Whether rotors are to stand still.
   bool rotors_off() const { return phase_ == MultirotorPhase::Landed; }
   std::size_t waypoint() const { return waypoint_; }
+  /// When the last waypoint is reached; none for a mission that repeats.
+  std::optional<double> end_s() const { return way_.front().end_s(); }
 
  private:
   MultirotorPilot() = default;
@@ -51,5 +53,10 @@ class MultirotorPilot {
   MultirotorPhase phase_ = MultirotorPhase::Mission;
   std::size_t waypoint_ = 0;
 };
+
+/// A mission as it is asked for, in steps of `step_s` > 0 (longer ones where they would be more than 20000), until it
+/// has landed or reached its last waypoint; one that repeats until a time. Items are its waypoints. Fails where the
+/// pilot does.
+Result<std::vector<PlannedPoint>> planned_points(const MultirotorMission& mission, double step_s, double until_s);
 
 }  // namespace nadir::sim

@@ -17,6 +17,7 @@ struct FlightLimits {
   double max_bank_rad = 0.7854;  // that its autopilot asks for
   double max_climb_mps = 3;      // either way
   double near_ground_m = 20;     // lower is doubtful
+  double max_airspeed_mps = 0;   // of vehicles that keep their motion over ground
 };
 
 /// What a planned path meets: the wind there, towards north and east, and the height above ground.
@@ -39,7 +40,9 @@ struct PlanCheck {
 
 /// Looks at a path, as planned, before it is flown: climbs against the limit at the speed over ground, turns against
 /// the bank that they take with the wind behind, the ground, and headway against the wind. What reaches seven eighths
-/// of a limit, or comes nearer to the ground than 20 m, is doubtful; beyond it is impossible.
+/// of a limit, or comes nearer to the ground than 20 m, is doubtful; beyond it is impossible. Where motion over ground
+/// is kept, the airspeed that it takes in the wind is looked at in place of turns and headway, and of climbs those
+/// upwards.
 Result<PlanCheck> check_plan(std::span<const PlannedPoint> points, const FlightLimits& limits,
                              const std::function<Result<PlanSurroundings>(const PlannedPoint&)>& surroundings);
 

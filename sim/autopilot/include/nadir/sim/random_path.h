@@ -23,9 +23,10 @@ struct RandomPathOrder {
 /// Waypoints with courses, joined by Dubins paths that stay in the area, margin included; so does a circle to the right
 /// of the largest of the radii at each of them, and hence the last circle of a mission. Uniform in place, course and
 /// the rest, as far as the limits let them be: of candidates in the order of their draws, the first one that keeps to
-/// them is taken. If the start lies outside or
-/// is not known, so may the way to the first of them.
-/// They depend on the stream, the start and the order alone. Fails where nothing fits in after many draws.
+/// them is taken; where none does, the search goes back and takes another one before. If the start lies outside or is
+/// not known, so may the way to the first of them.
+/// They depend on the stream, the start and the order alone. Fails where the area holds no circle of the largest
+/// radius, and where nothing is found after many draws, with the figures of both.
 Result<std::vector<Waypoint>> random_path(const Area& area, const RandomPathOrder& order, const Waypoint& start,
                                           const RandomStream& stream);
 

@@ -17,6 +17,7 @@ struct SurveyOrder {
   std::optional<double> heading_rad = {};            // of the lines, clockwise from north; else with the fewest turns
   double height_m = 0;                               // above the scene's tangent plane
   double lead_in_m = 0, lead_out_m = 0;              // flown straight before and after the exposures of a line
+  double turn_radius_m = 0;                          // between lines; 0: turns on the spot
   std::optional<double> airspeed_mps = {};
   std::optional<Eigen::Vector2d> from = {};  // where the vehicle comes from: begins at the nearest of the four ends
 };
@@ -32,6 +33,9 @@ struct SurveyPlan {
 
 /// Every point of the area, its edge included, is seen as often as both overlaps promise, wherever along a line the
 /// first exposure falls. For it, lines begin and end where their first and last exposures have just left the area.
+/// Of the orders of lines below the one with the shortest way is flown: one after the other; or in blocks, by turns in
+/// one half of a block and in the other, so that no turn is tighter than half the distance between them. Neighbours
+/// closer than two radii would be joined by turns that swing out to three radii and change sides.
 /// Fails where an overlap is out of range, nothing is seen, or more than 10000 lines would be needed.
 /// Of directions the best is along an edge of the area: a width is least across one (Freeman and Shapira, Determining
 /// the minimum-area encasing rectangle for an arbitrary closed curve, 1975).

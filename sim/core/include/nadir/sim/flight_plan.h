@@ -5,10 +5,12 @@
 #include <string_view>
 #include <vector>
 
+#include "nadir/geodesy/attitude.h"
 #include "nadir/render/camera.h"
 #include "nadir/render/surface.h"
 #include "nadir/sim/flown_fixed_wing.h"
 #include "nadir/sim/mission.h"
+#include "nadir/sim/multirotor_pilot.h"
 #include "nadir/sim/run_file.h"
 
 namespace nadir::sim {
@@ -29,14 +31,23 @@ struct PlannedSurvey {
   double rate_hz = 0;  // reaches the forward overlap along the faster way, with the wind of the place
 };
 
-/// A vehicle's mission made into a path.
-struct FlightPlan {
-  Waypoint begin;                       // where the vehicle is at first
-  FixedWingGroundSetup ground;          // how it leaves the ground before the mission, and comes back after it
-  Waypoint start;                       // of the mission: above `begin` where it takes off
-  Mission mission;                      // without items: straight on, farther than the run lasts
-  std::vector<std::size_t> setup_item;  // of VehicleSetup::mission, by MissionPiece::item; empty without items
+/// What is known of a planned mission, of whatever kind its vehicle is.
+struct PlannedMission {
+  std::vector<std::size_t> setup_item;  // of VehicleSetup::mission, by PlannedPoint::item; empty without items
   std::vector<PlannedSurvey> surveys;
+};
+
+/// A fixed wing's mission made into a path.
+struct FlightPlan : PlannedMission {
+  Waypoint begin;               // where the vehicle is at first
+  FixedWingGroundSetup ground;  // how it leaves the ground before the mission, and comes back after it
+  Waypoint start;               // of the mission: where the climb-out ends, if it takes off
+  Mission mission;              // without items: straight on, farther than the run lasts
+};
+
+/// A multirotor's mission, from take-off to landing.
+struct MultirotorPlan : PlannedMission {
+  MultirotorMission mission;
 };
 
 /// Fails with all faults of the mission, each with its line of the run file. Surveys see with `cameras`, in level
@@ -45,11 +56,20 @@ struct FlightPlan {
 Result<FlightPlan> plan_mission(const RunFile& run, const std::string& name, const VehicleSetup& setup,
                                 const render::Surface& ground, std::span<const VehicleCamera> cameras);
 
+Result<MultirotorPlan> plan_multirotor_mission(const RunFile& run, const std::string& name, const VehicleSetup& setup,
+                                               const render::Surface& ground, std::span<const VehicleCamera> cameras);
+
+/// The whole path in steps of at most `spacing_m`: take-off, mission, glide to the touch-down point.
+std::vector<PlannedPoint> planned_path(const FlightPlan& plan, double spacing_m);
+/// The same of a multirotor in steps of half a second, as far as its mission goes; where that repeats, until a time.
+std::vector<PlannedPoint> planned_path(const MultirotorPlan& plan, double until_s);
+
 /// The greatest box, sides along and across the course, around the middle of what a camera sees of level ground
-/// `height_m` below the vehicle, in level flight with the nose `crab_rad` to the right of the course; less a fiftieth
+/// `height_m` below the vehicle, in level flight with that attitude, yaw counted from the course; less a fiftieth
 /// of the height on each side, for what attitude and place swing about in flight. Metres forward and to the right.
 /// Empty where it sees the horizon. Error: a hundredth of its sides, none of an upright camera's.
-Eigen::AlignedBox2d seen_for_certain(const VehicleCamera& camera, double height_m, double crab_rad, double pitch_rad);
+Eigen::AlignedBox2d seen_for_certain(const VehicleCamera& camera, double height_m,
+                                     const geodesy::YawPitchRoll& course_from_body);
 
 /// "run.yaml:17: 'vehicles.plane1.mission[2]': message".
 std::string mission_message(const RunFile& run, const MissionItemSetup& item, const std::string& message);

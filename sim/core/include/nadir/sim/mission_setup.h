@@ -25,7 +25,8 @@ struct PlaceSetup {
 struct WaypointSetup {
   PlaceSetup place;
   geodesy::TypedHeight height;
-  std::optional<double> course_deg, turn_radius_m, airspeed_mps;
+  std::optional<double> course_deg, turn_radius_m, airspeed_mps;  // of fixed wings
+  std::optional<double> hold_s, yaw_deg, speed_mps;               // of multirotors
 };
 
 struct OrbitSetup {
@@ -53,9 +54,10 @@ struct SurveySetup {
   geodesy::TypedHeight height;
   std::string sensor;
   double forward_overlap = 0.6, side_overlap = 0.3;
-  std::optional<double> heading_deg;  // else the one with the fewest turns
-  double lead_in_m = 100, lead_out_m = 0;
-  std::optional<double> airspeed_mps;
+  std::optional<double> heading_deg;       // else the one with the fewest turns
+  double lead_in_m = 100, lead_out_m = 0;  // of multirotors: where they get up to speed, and slow down
+  std::optional<double> airspeed_mps;      // of fixed wings
+  std::optional<double> speed_mps;         // over ground, of multirotors
 };
 
 /// A smooth path by chance, by the run's seed.
@@ -81,6 +83,12 @@ PlaceSetup read_place(const YamlMap& yaml);
 /// start. `sensors`: of the vehicle, for surveys.
 std::vector<MissionItemSetup> read_mission(const YamlMap& vehicle, const geodesy::TypedHeight& start,
                                            double turn_radius_m, std::span<const std::string_view> sensors);
+
+/// The same of a multirotor: waypoints and surveys. `speed_mps` and `acceleration_mps2`: of its flight, which the leads
+/// of surveys follow from where nothing is said of them.
+std::vector<MissionItemSetup> read_multirotor_mission(const YamlMap& vehicle, const geodesy::TypedHeight& start,
+                                                      double speed_mps, double acceleration_mps2,
+                                                      std::span<const std::string_view> sensors);
 
 std::string place_text(const PlaceSetup& place);  // "north_m: 1, east_m: 2"
 std::string height_text(const geodesy::TypedHeight& height);

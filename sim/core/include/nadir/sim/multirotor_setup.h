@@ -5,21 +5,13 @@
 #include <vector>
 
 #include "nadir/base/yaml.h"
-#include "nadir/geodesy/height.h"
 #include "nadir/sim/battery.h"
 #include "nadir/sim/mission_setup.h"
 
 namespace nadir::sim {
 
-struct MultirotorWaypointSetup {
-  PlaceSetup place;
-  geodesy::TypedHeight height;
-  std::optional<double> hold_s, yaw_deg, speed_mps;
-};
-
 /// What a run file says of a multirotor beyond what it says of every vehicle.
 struct MultirotorSetup {
-  std::vector<MultirotorWaypointSetup> mission;  // where empty: it hovers
   double speed_mps = 5, climb_mps = 2, descent_mps = 1.5, acceleration_mps2 = 2;
   bool face_along = false, land = false;
   double take_off_height_m = 3, landing_mps = 0.5;
@@ -27,10 +19,8 @@ struct MultirotorSetup {
   double charge_share = 1;         // of whatever battery it has, at the start
 };
 
-/// Of a vehicle's map; notes faults in it. `start`: the height that waypoints without one begin with; `battery`: of the
-/// vehicle's parameters, which the map's changes.
-MultirotorSetup read_multirotor(const YamlMap& vehicle, const geodesy::TypedHeight& start,
-                                const std::optional<Battery>& battery);
+/// Of a vehicle's map; notes faults in it. `battery`: of the vehicle's parameters, which the map's changes.
+MultirotorSetup read_multirotor(const YamlMap& vehicle, const std::optional<Battery>& battery);
 
 /// Lines of a vehicle, complete with defaults.
 std::string multirotor_text(const MultirotorSetup& setup);

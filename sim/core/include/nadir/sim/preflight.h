@@ -14,8 +14,9 @@ struct PreflightFinding {
 };
 
 /// Looks at the planned paths of a run before it is flown: what `check_plan` finds, in the wind of the run's beginning;
-/// airspeeds that the vehicle has no steady flight at; winds and gusts as fast as the airspeed; exposures along the
-/// path that leave the map; rates of sensors too low for their survey, and runs too short for one. Vehicles in order,
+/// airspeeds that a fixed wing has no steady flight at; winds and gusts as fast as the airspeed; a multirotor's battery
+/// that does not last; exposures along the path that leave the map; rates of sensors too low for their survey, runs too
+/// short for one or for the landing, and runs that go on for long after the mission. Vehicles in order,
 /// and their missions' items. Fails where a map of wind cannot be read.
 Result<std::vector<PreflightFinding>> preflight(const Run& run);
 

@@ -30,8 +30,19 @@ struct PreparedSensor {
 struct PreparedVehicle {
   std::string name;
   std::unique_ptr<PoseSource> source;
-  std::optional<FlightPlan> plan;  // of one that is flown
+  std::optional<FlightPlan> plan;  // of a fixed wing
+  std::optional<MultirotorPlan> multirotor_plan;
+
+  /// Of one that is flown.
+  const PlannedMission* planned() const {
+    if (plan) return &*plan;
+    return multirotor_plan ? &*multirotor_plan : nullptr;
+  }
 };
+
+/// The path that a vehicle is to fly, in steps of 10 m or half a second; one without end as far as the run lasts.
+/// Empty where it is not flown.
+std::vector<PlannedPoint> planned_path(const RunFile& run, const PreparedVehicle& vehicle);
 
 struct RunEvent {
   std::string vehicle;

@@ -16,6 +16,7 @@ struct FlightEvent {
   std::string text;          // what happened, where, and how it moved
   bool ends_flight = false;  // there is nothing to fly after it
   static constexpr const char* diverged = "diverged";
+  static constexpr const char* battery_empty = "battery empty";
 };
 /// Shorter hops off the ground are part of one touch-down.
 inline constexpr std::int64_t hop_ns = 1'000'000'000;

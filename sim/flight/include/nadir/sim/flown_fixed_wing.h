@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 
+#include "nadir/sim/air_along_path.h"
 #include "nadir/sim/closed_loop_modes.h"
 #include "nadir/sim/flown_vehicle.h"
 #include "nadir/sim/integrator.h"
@@ -29,7 +30,7 @@ struct FixedWingGroundSetup {
   double launch_mps = 0;  // else above 0: airspeed of a launch, level at this pitch; else in trim
   double launch_pitch_rad = 0;
   std::optional<TakeoffPlan> takeoff;  // before the mission
-  std::optional<LandingPlan> landing;  // once the mission is finished, which then ends with its `approach`
+  std::optional<LandingPlan> landing;  // once the mission is finished, which then ends with its `approach`, and goes on
   AirframeLimits limits;
 };
 
@@ -53,5 +54,9 @@ struct FixedWingFlight {
 /// are unstable. Channels: elevator, aileron, rudder; with a gear, how many of its points are in the ground, the force
 /// there, steering and brake. Events: lift-off, touch-down, landed, crash.
 Result<std::unique_ptr<FlownVehicle>> fly_fixed_wing(FixedWingFlight flight);
+
+/// Where a take-off's climb-out ends in such air, and in which course: where its mission is to begin. Found by flying
+/// it; the flight's own mission is not looked at. Fails where it crashes, or has not climbed out after three minutes.
+Result<Waypoint> climb_out_end(FixedWingFlight flight, AirAlongPath air);
 
 }  // namespace nadir::sim
