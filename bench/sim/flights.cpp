@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "nadir/sim/flown_multirotor.h"
 #include "nadir/sim/vehicle_file.h"
 
 namespace nadir::bench {
@@ -57,6 +58,28 @@ Flight aerosonde_in_a_circle() {
   return {Environment::wgs84(), start({}),
           vehicle({.method = Scheme::Method::DormandPrince}, Eigen::Vector3d::Zero(),
                   Mission::create({0, 0, 0}, {&only, 1}, 150, AfterMission::Circle).value())};
+}
+
+Flight multirotor_around_a_square(const Scheme& scheme, bool motors_and_battery) {
+  const geodesy::LocalFrame scene(place);
+  Multirotor copter = multirotor_model("multirotor").value();
+  if (motors_and_battery) {
+    for (Rotor& rotor : copter.rotors)
+      std::get<ElectricDrive>(rotor.drive).dynamics = {.rotor_inertia_kgm2 = 2e-4, .inductance_h = 8e-6};
+    copter.battery = lithium_polymer(6, 10, 0.02);
+  }
+  MultirotorMission mission{.start = {0, 0, 50}, .repeat = true};
+  for (const Waypoint& corner : {Waypoint{60, 0, 50}, Waypoint{60, 60, 55}, Waypoint{0, 60, 55}, Waypoint{0, 0, 50}})
+    mission.waypoints.push_back({.at = corner});
+  return {Environment::wgs84(), air_of_the_square(false),
+          fly_multirotor({.vehicle = std::move(copter),
+                          .environment = Environment::wgs84(),
+                          .scene = scene,
+                          .mission = std::move(mission),
+                          .wind_ned_mps = wind_ned_mps,
+                          .ground = std::make_shared<PlaneGround>(scene, 0),
+                          .scheme = scheme})
+              .value()};
 }
 
 Flight aerosonde_around_a_square(const Scheme& scheme, bool turbulent) {

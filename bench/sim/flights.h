@@ -9,6 +9,10 @@ namespace nadir::bench {
 /// turbulence too where that is wanted.
 sim::Flight aerosonde_around_a_square(const sim::Scheme& scheme, bool turbulent);
 
+/// A multirotor of 3.5 kg around a square of 60 m at 5 m/s for ever, 50 m up over the ground that it could land on, in
+/// wind: on motors that follow at once; or on rotors with inertia, which a battery of 6 cells drives.
+sim::Flight multirotor_around_a_square(const sim::Scheme& scheme, bool motors_and_battery);
+
 /// In a level circle of 150 m, in still air, for ever; steps that adapt.
 sim::Flight aerosonde_in_a_circle();
 

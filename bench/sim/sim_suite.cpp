@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <memory>
 #include <optional>
 
@@ -25,20 +26,23 @@ constexpr std::int64_t second_ns = 1'000'000'000;
 /// As the simulator stepped before it planned: 400 times a second.
 constexpr Scheme steps_at_400_hz{.method = M::Rk4, .steps = 4};
 
+/// A flight under a scheme, at its start.
+using Begin = std::function<Flight(const Scheme&)>;
+
 /// A flight of so many seconds under a scheme, its greatest distance from the exact one.
-Method flown(const std::string& name, const std::string& setting, const Scheme& scheme, bool turbulent, int seconds,
+Method flown(const std::string& name, const std::string& setting, const Scheme& scheme, const Begin& begin, int seconds,
              const std::shared_ptr<const std::vector<sim::BodyState>>& exact) {
   const auto evaluations = std::make_shared<std::int64_t>(0);
   return {.name = name,
           .setting = setting,
           .run = [=]() -> Result<void> {
-            Flight flight = aerosonde_around_a_square(scheme, turbulent);
+            Flight flight = begin(scheme);
             const auto done = flight.fly(seconds * second_ns);
             *evaluations = flight.vehicle().work().evaluations;
             return done;
           },
           .error = [=]() -> Result<double> {
-            Flight flight = aerosonde_around_a_square(scheme, turbulent);
+            Flight flight = begin(scheme);
             double worst = 0;
             for (const sim::BodyState& state : *exact) {
               if (auto ok = flight.fly(flight.time_ns() + Flight::period_ns); !ok) return fail(ok);
@@ -51,28 +55,28 @@ Method flown(const std::string& name, const std::string& setting, const Scheme& 
           }};
 }
 
-Case by_scheme(bool turbulent, const RunOptions& options) {
-  return {turbulent ? "by scheme, in turbulence" : "by scheme", [=]() -> Result<Comparison> {
+/// `finest_m`: of what is planned for; rounding keeps attitudes from less.
+Case by_scheme(const std::string& title, const RunOptions& options, const Begin& begin, double finest_m) {
+  return {title, [=]() -> Result<Comparison> {
             const int seconds = options.quick ? 5 : 60;
             auto exact = std::make_shared<std::vector<sim::BodyState>>();
-            Flight flight = aerosonde_around_a_square({.method = M::Rk4, .steps = 64}, turbulent);
+            Flight flight = begin({.method = M::Rk4, .steps = 64});
             while (flight.time_ns() < seconds * second_ns) {
               if (auto ok = flight.fly(flight.time_ns() + Flight::period_ns); !ok) return fail(ok);
               exact->push_back(flight.vehicle().body());
             }
             Comparison comparison{.error_unit = "m", .work = static_cast<double>(seconds), .work_unit = "simulated s"};
             const auto add = [&](const std::string& name, const std::string& setting, const Scheme& scheme) {
-              comparison.methods.push_back(flown(name, setting, scheme, turbulent, seconds, exact));
+              comparison.methods.push_back(flown(name, setting, scheme, begin, seconds, exact));
             };
             add("rk4", "4 steps (400 Hz)", steps_at_400_hz);
             for (const M method : {M::Euler, M::Midpoint, M::Heun, M::Rk4})
               for (const int steps : {1, 2, 16})
                 add(std::string(name_of(method)), fmt::format("{} steps", steps), {.method = method, .steps = steps});
             add("dormand-prince", "1 mm", {.method = M::DormandPrince});
-            for (const double tolerance_m : {1.0, 1e-3, 1e-6}) {
-              const auto plan = sim::plan_motion(
-                  [=](const Scheme& s) -> Result<Flight> { return aerosonde_around_a_square(s, turbulent); },
-                  tolerance_m, seconds* second_ns);
+            for (const double tolerance_m : {1.0, 1e-3, finest_m}) {
+              const auto plan = sim::plan_motion([=](const Scheme& s) -> Result<Flight> { return begin(s); },
+                                                 tolerance_m, seconds* second_ns);
               if (!plan) return fail(plan);
               add("planned", fmt::format("{:g} m", tolerance_m), plan->scheme);
             }
@@ -276,8 +280,16 @@ Case a_day(const RunOptions& options) {
 Suite sim_suite() {
   return {"sim", "the flight simulator: simulated seconds a second, and their error",
           [](const RunOptions& options) -> std::vector<Case> {
-            return {by_scheme(false, options),
-                    by_scheme(true, options),
+            const auto plane = [](bool turbulent) {
+              return [=](const Scheme& scheme) { return aerosonde_around_a_square(scheme, turbulent); };
+            };
+            const auto copter = [](bool motors_and_battery) {
+              return [=](const Scheme& scheme) { return multirotor_around_a_square(scheme, motors_and_battery); };
+            };
+            return {by_scheme("by scheme", options, plane(false), 1e-6),
+                    by_scheme("by scheme, in turbulence", options, plane(true), 1e-6),
+                    by_scheme("by scheme, multirotor", options, copter(false), 1e-5),
+                    by_scheme("by scheme, multirotor with motors and battery", options, copter(true), 1e-5),
                     by_part(),
                     recorded(options),
                     many(options),
