@@ -7,6 +7,7 @@
 #include <random>
 
 #include "nadir/sim/mixer.h"
+#include "nadir/sim/multirotor_ground.h"
 #include "nadir/sim/multirotor_trim.h"
 #include "vehicle/models.h"
 #include "vehicle/vehicle_files.h"
@@ -72,6 +73,23 @@ TEST(MultirotorFile, ChangesSingleValuesOfABase) {
   EXPECT_EQ(vehicle.rotors[3].position_m, Eigen::Vector3d(0.2, -0.2, 0.01));
   EXPECT_EQ(vehicle.rotors[0].position_m, quadrotor().rotors[0].position_m);
   EXPECT_NEAR(vehicle.battery->open_circuit.back().voltage_v, 16.8, 1e-12);
+}
+
+TEST(MultirotorFile, AGearOfItsOwnTakesThePlaceOfTheLegsThatFollowFromItsRotors) {
+  const std::string legs =
+      "base: multirotor\ngear:\n"
+      "  left skid: {kind: skid, place_m: [0, -0.3, 0.4], stiffness_npm: 3000, damping_spm: 1, friction: 0.8, most_n: "
+      "300}\n"
+      "  right skid: {kind: skid, place_m: [0, 0.3, 0.4], stiffness_npm: 3000, damping_spm: 1, friction: 0.8, most_n: "
+      "300}\n";
+  const Multirotor vehicle = multirotor(legs);
+  ASSERT_EQ(gear_of(vehicle).points().size(), 2u);
+  EXPECT_EQ(gear_of(vehicle).points()[1].name, "right skid");
+  EXPECT_EQ(standing_height_m(gear_of(vehicle)), 0.4);
+  EXPECT_EQ(standing_height_m(gear_of(multirotor(to_yaml(vehicle)))), 0.4);
+  EXPECT_LT(standing_height_m(gear_of(quadrotor())), 0.2);
+  EXPECT_PRED2(has, message(with(legs, "  right skid:", "  right skid: {kind: skid, place_m: [0, 0.3, 0.4]}")),
+               "vehicle.yaml:4: ");
 }
 
 /// A hexacopter of one's own, with one rotor that is driven otherwise.
