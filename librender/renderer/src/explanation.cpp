@@ -73,10 +73,10 @@ ExplanationText to_text(const Explanation& explanation) {
     text.done.push_back(fmt::format("{} bands of {} rows, of which the first one is told above", explanation.bands,
                                     explanation.band_rows));
   const FrameCounters& counters = explanation.counters;
-  text.done.push_back(fmt::format(
-      "frame: {} layers, {} exact points, {} points through the projection library, {} of {} cells read, {} passes",
-      explanation.layers.size(), counters.exact_points, counters.projection_points, counters.cells_loaded,
-      counters.cells, counters.passes));
+  text.done.push_back(fmt::format("frame: {} layers, {} exact points, {} points through the projection library",
+                                  explanation.layers.size(), counters.exact_points, counters.projection_points));
+  text.done.push_back(fmt::format("tiles: {} cells, {} read with the tiles that hold them, {} passes", counters.cells,
+                                  counters.cells_loaded, counters.passes));
   text.left_out.push_back(explanation.plane ? "the Earth's curvature and terrain: the surface is a plane"
                                             : "terrain: the surface is an ellipsoid");
   if (explanation.ideal_lens) text.left_out.push_back("lens undistortion: the camera is an ideal pinhole");
