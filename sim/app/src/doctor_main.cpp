@@ -229,9 +229,8 @@ Result<void> run(const std::string& path, const std::string& cache, bool json) {
 
 int main(int argc, char** argv) {
   CLI::App app(
-      "Looks at a run before it runs: maps, datum, resolution, licence, whether missions can be flown, memory and time "
-      "to "
-      "expect.",
+      "Looks at a run before it runs: maps, datum, resolution, licence, whether missions can be flown, memory and "
+      "time to expect.",
       "nadir doctor");
   std::string path, cache = "256MiB";
   bool json = false;

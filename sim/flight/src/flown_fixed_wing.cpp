@@ -8,18 +8,12 @@
 #include <cassert>
 #include <cmath>
 
+#include "flown_parts.h"
 #include "nadir/sim/flight.h"
 #include "nadir/sim/trim.h"
 
 namespace nadir::sim {
 namespace {
-
-/// What adaptive steps may err, each: attitude by what it moves the ground by that a camera sees a kilometre away.
-Tolerance<BodyVector> body_tolerance(double tolerance_m) {
-  Tolerance<BodyVector> tolerance{BodyVector::Constant(tolerance_m), 0};
-  tolerance.absolute.segment<4>(body_quaternion_at).setConstant(tolerance_m / 2000);  // half angles
-  return tolerance;
-}
 
 /// Steady flight at an airspeed, and the gains around it.
 struct Approach {
@@ -41,8 +35,7 @@ class FlownFixedWing final : public FlownVehicle {
     if (flight_.ground) {
       const FixedWingGroundSetup& setup = *flight_.ground;
       ground_ = ground_for(flight_.vehicle, setup.ground, flight_.environment);
-      for (const ContactPoint& point : ground_->gear().points())
-        if (point.kind != ContactPoint::Kind::Part) standing_m_ = std::max(standing_m_, point.body_m.z());
+      standing_m_ = standing_height_m(ground_->gear());
       if (standing_m_ > 0)
         for (const char* name : {"wheels_on_ground", "ground_force_n", "steering_deg", "brake"})
           channels_.push_back(name);
@@ -51,7 +44,8 @@ class FlownFixedWing final : public FlownVehicle {
       start_low(setup);
     }
     before_ = state_;
-    integrator_.emplace(flight_.scheme, to_vector(state_.wing), body_tolerance(flight_.tolerance_m));
+    const BodyVector like = to_vector(state_.wing);
+    integrator_.emplace(flight_.scheme, like, motion_tolerance(like, flight_.tolerance_m));
   }
 
   const BodyState& body() const override { return state_.wing; }
@@ -100,15 +94,9 @@ class FlownFixedWing final : public FlownVehicle {
     const BodyInAir in_air = body_in_air(now, flight_.environment, moving);
     const Loads load =
         loads(flight_.vehicle, flight_.environment, now, controls_, moving, touch.height_m) + touch.loads;
-    FlightState state{now, {}};
+    FlightState state{now, data_of(now, in_air, moving)};
     FlightData& data = state.data;
-    data.velocity_ned_mps = in_air.here.ecef_from_ned.transpose() * now.velocity.xyz;
-    data.rates_radps = now.body_rates_radps;
     data.specific_force_mps2 = load.force_body_n / flight_.vehicle.mass.mass_kg();
-    data.wind_ned_mps = moving.velocity_ned_mps;
-    data.airspeed_mps = in_air.flow.airspeed_mps;
-    data.alpha_rad = in_air.flow.alpha_rad;
-    data.beta_rad = in_air.flow.beta_rad;
     data.throttle = controls_.throttle;
     data.commanded_height_m = guidance_.height_m;
     data.off_path_right_m = off_path_.right_m;
@@ -185,10 +173,9 @@ class FlownFixedWing final : public FlownVehicle {
   /// What the last period's contact means.
   void note(const ContactReport& report, const AirOverTime& air) {
     const AirframeLimits& limits = flight_.ground->limits;
-    const auto name = [&](int point) { return ground_->gear().points()[static_cast<std::size_t>(point)].name; };
     const auto crash = [&](std::int64_t time_ns, const std::string& why) {
       // The period was flown to its end, so its parts can be
-      if (const auto then = state_at(std::clamp(time_ns, before_ns_, state_ns_), air))
+      if (const auto then = state_at(time_ns, air))
         tell("crash", time_ns, why + ", " + in_words(then->wing, flight_.environment, air.at(seconds_from_ns(time_ns))),
              true);
     };
@@ -206,9 +193,7 @@ class FlownFixedWing final : public FlownVehicle {
              fmt::format("at {:.2f} m/s, {}", report.impact_mps,
                          in_words(state_.wing, flight_.environment, air.at(seconds_from_ns(state_ns_)))));
     }
-    if (report.broken) crash(ns_from_seconds(report.broken->time_s), "the " + name(report.broken->point) + " breaks");
-    if (report.part)
-      crash(ns_from_seconds(report.part->time_s), "the " + name(report.part->point) + " meets the ground");
+    if (const auto first = crash_of(report, ground_->gear(), before_ns_, state_ns_)) crash(first->time_ns, first->what);
     if (state_.contact.touching || report.met) {
       touched_ns_ = state_ns_;
       airborne_ = false;
@@ -230,10 +215,9 @@ class FlownFixedWing final : public FlownVehicle {
     assert(time_ns >= before_ns_ && time_ns <= state_ns_);
     if (time_ns == state_ns_) return state_;
     // A way of its own from where the period began: not interpolated
-    Scheme scheme = flight_.scheme;
-    const double share = static_cast<double>(time_ns - before_ns_) / static_cast<double>(state_ns_ - before_ns_);
-    scheme.steps = std::max(1, static_cast<int>(std::ceil(scheme.steps * share)));
-    Integrator<BodyVector> integrator(scheme, to_vector(before_.wing), body_tolerance(flight_.tolerance_m));
+    const BodyVector like = to_vector(before_.wing);
+    Integrator<BodyVector> integrator(scheme_of_part(flight_.scheme, time_ns - before_ns_, state_ns_ - before_ns_),
+                                      like, motion_tolerance(like, flight_.tolerance_m));
     auto within = moved(integrator, before_, before_ns_, time_ns, air, nullptr);
     if (!within) return fail(within);
     return within->state;
@@ -255,11 +239,7 @@ class FlownFixedWing final : public FlownVehicle {
       return derivative(flight_.vehicle, flight_.environment, x, surfaces_at(time_s), controls_.throttle,
                         air.at(time_s), of_ground, height_m);
     };
-    const auto fly = [&](const auto& f, double t_s, double end_s, BodyVector& x) -> Result<void> {
-      if (auto ok = integrator.advance(f, t_s, end_s, x); !ok) return ok;
-      renormalise_quaternion(x, body_quaternion_at);
-      return {};
-    };
+    const auto fly = flown_by(integrator);
     Moved to{from, {}};
     BodyVector x = to_vector(from.wing);
     if (ground_) {

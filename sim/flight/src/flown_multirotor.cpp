@@ -9,6 +9,7 @@
 #include <cmath>
 #include <optional>
 
+#include "flown_parts.h"
 #include "nadir/sim/multirotor_ground.h"
 #include "nadir/sim/multirotor_motion.h"
 #include "nadir/sim/multirotor_trim.h"
@@ -17,17 +18,6 @@ namespace nadir::sim {
 namespace {
 
 using Eigen::Vector3d;
-
-/// What adaptive steps may err, each: attitude by what it moves the ground by that a camera sees a kilometre away;
-/// speeds of rotors by a thousandth of what they hover at, currents by as much.
-template <class Vector>
-Tolerance<Vector> tolerance_of(const Vector& like, double tolerance_m) {
-  Tolerance<Vector> tolerance{like, 0};
-  tolerance.absolute.setConstant(100 * tolerance_m);
-  tolerance.absolute.template head<13>().setConstant(tolerance_m);
-  tolerance.absolute.template segment<4>(body_quaternion_at).setConstant(tolerance_m / 2000);  // half angles
-  return tolerance;
-}
 
 MultirotorVector vector_of(const Multirotor& vehicle, const MultirotorState& state, CurrentModel currents,
                            const MultirotorVector*) {
@@ -69,7 +59,8 @@ class FlownMultirotor final : public FlownVehicle {
         state_{std::move(state), {}, standing},
         before_(state_),
         controls_(controls),
-        integrator_(flight_.scheme, vector(state_.vehicle), tolerance_of(vector(state_.vehicle), flight_.tolerance_m)) {
+        integrator_(flight_.scheme, vector(state_.vehicle),
+                    motion_tolerance(vector(state_.vehicle), flight_.tolerance_m)) {
     control_.reset(state_.vehicle, now(AirMotion(flight_.wind_ned_mps)));
     if (flight_.ground)
       ground_ = ground_for(flight_.vehicle, flight_.ground, flight_.environment, vector(state_.vehicle));
@@ -110,16 +101,9 @@ class FlownMultirotor final : public FlownVehicle {
     const AirMotion moving = air.at(seconds_from_ns(time_ns));
     const BodyInAir in_air = body_in_air(now, flight_.environment, moving);
     const MultirotorOutput out = output(flight_.vehicle, in_air, now, controls_, touch.height_m, currents_);
-    FlightState state{now, {}};
+    FlightState state{now, data_of(now, in_air, moving)};
     FlightData& data = state.data;
-    const Eigen::Matrix3d ned_from_ecef = in_air.here.ecef_from_ned.transpose();
-    data.velocity_ned_mps = ned_from_ecef * now.velocity.xyz;
-    data.rates_radps = now.body_rates_radps;
     data.specific_force_mps2 = (out.loads + touch.loads).force_body_n / flight_.vehicle.mass.mass_kg();
-    data.wind_ned_mps = moving.velocity_ned_mps;
-    data.airspeed_mps = in_air.flow.airspeed_mps;
-    data.alpha_rad = in_air.flow.alpha_rad;
-    data.beta_rad = in_air.flow.beta_rad;
     data.throttle = flight_.vehicle.lumped ? controls_.actuators[0] : controls_.actuators.mean();
     data.commanded_height_m = -setpoint_.position_ned_m.z();
     note_off_path(now, data);
@@ -152,21 +136,16 @@ class FlownMultirotor final : public FlownVehicle {
     if (empty && before_.vehicle.charge_ah > 0)
       events_.push_back({FlightEvent::battery_empty, state_ns_, words(state_, state_ns_)});
 
-    // The first thing that breaks or must not touch
-    const auto &part = report.part, &broken = report.broken;
-    if (part || broken) {
-      const bool breaks = broken && (!part || broken->time_s < part->time_s);
-      const ContactReport::Crash& crash = breaks ? *broken : *part;
-      const std::int64_t time_ns = std::clamp(ns_from_seconds(crash.time_s), before_ns_, state_ns_);
-      const std::string& name = ground_->gear().points()[static_cast<std::size_t>(crash.point)].name;
-      // The period was flown to its end, so its parts can be
-      if (const auto then = stance_at(time_ns, air))
-        events_.push_back({"crash", time_ns,
-                           fmt::format("the {} {}{}, {}", name, breaks ? "breaks" : "meets the ground",
-                                       empty ? ", its battery empty" : "", words(*then, time_ns)),
-                           true});
-      return;
-    }
+    if (ground_)
+      if (const auto crash = crash_of(report, ground_->gear(), before_ns_, state_ns_)) {
+        // The period was flown to its end, so its parts can be
+        if (const auto then = stance_at(crash->time_ns, air))
+          events_.push_back(
+              {"crash", crash->time_ns,
+               fmt::format("{}{}, {}", crash->what, empty ? ", its battery empty" : "", words(*then, crash->time_ns)),
+               true});
+        return;
+      }
     if (before_.standing && !state_.standing) leaves_ = FlightEvent{"lift-off", state_ns_, words(state_, state_ns_)};
     if (state_.standing) {
       if (!before_.standing && !leaves_)
@@ -196,11 +175,9 @@ class FlownMultirotor final : public FlownVehicle {
     assert(time_ns >= before_ns_ && time_ns <= state_ns_);
     if (time_ns == state_ns_) return state_;
     // A way of its own from where the period began: not interpolated
-    Scheme scheme = flight_.scheme;
-    const double share = static_cast<double>(time_ns - before_ns_) / static_cast<double>(state_ns_ - before_ns_);
-    scheme.steps = std::max(1, static_cast<int>(std::ceil(scheme.steps * share)));
     const Vector like = vector(before_.vehicle);
-    Integrator<Vector> integrator(scheme, like, tolerance_of(like, flight_.tolerance_m));
+    Integrator<Vector> integrator(scheme_of_part(flight_.scheme, time_ns - before_ns_, state_ns_ - before_ns_), like,
+                                  motion_tolerance(like, flight_.tolerance_m));
     ContactWork work;
     auto within = moved(integrator, before_, before_ns_, time_ns, air, work);
     if (!within) return fail(within);
@@ -213,11 +190,7 @@ class FlownMultirotor final : public FlownVehicle {
     const double from_s = seconds_from_ns(from_ns), to_s = seconds_from_ns(to_ns);
     const MultirotorMotion motion(flight_.vehicle, flight_.environment, from.vehicle, controls_, air, from_s,
                                   currents_);
-    const auto fly = [&](const auto& f, double t_s, double end_s, Vector& x) -> Result<void> {
-      if (auto ok = integrator.advance(f, t_s, end_s, x); !ok) return ok;
-      renormalise_quaternion(x, body_quaternion_at);
-      return {};
-    };
+    const auto fly = flown_by(integrator);
     Moved to{{{}, from.contact}, {}};
     Vector x = vector(from.vehicle);
     if (ground_) {

@@ -101,4 +101,11 @@ double restitution(double damping_spm, double impact_mps) {
   return 0.5 * (low + high) / in;
 }
 
+double standing_height_m(const ContactGear& gear) {
+  double lowest_m = 0;
+  for (const ContactPoint& point : gear.points())
+    if (point.kind != ContactPoint::Kind::Part) lowest_m = std::max(lowest_m, point.body_m.z());
+  return lowest_m;
+}
+
 }  // namespace nadir::sim

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "angle.h"
 #include "nadir/sim/lag.h"
 #include "nadir/sim/step.h"
 
@@ -97,8 +98,7 @@ double roll_damping(const FixedWing& vehicle, double alpha, double sin_alpha, do
   constexpr double middle = 0.5;  // of half the span
   const double across = middle * bp_mps, along = 2 * airspeed_mps, length = std::sqrt(across * across + along * along);
   if (length == 0) return 0;
-  const double more = along > 0 ? std::atan(across / along) : std::atan2(across, along), sin_more = across / length,
-               cos_more = along / length;
+  const double more = angle_rad(across, along), sin_more = across / length, cos_more = along / length;
   const double factor = std::exp(vehicle.stall_sharpness * more);
   const double high = lift_over_stall(vehicle, alpha + more, sin_alpha * cos_more + cos_alpha * sin_more,
                                       cos_alpha * cos_more - sin_alpha * sin_more, terms.turned(factor).stalled());

@@ -89,13 +89,6 @@ ContactGear gear_of(const Multirotor& vehicle) {
   return ContactGear::create(std::move(points)).value();
 }
 
-double standing_height_m(const ContactGear& gear) {
-  double lowest_m = 0;
-  for (const ContactPoint& point : gear.points())
-    if (point.kind != Kind::Part) lowest_m = std::max(lowest_m, point.body_m.z());
-  return lowest_m;
-}
-
 template <class Vector>
 GroundContact<Vector> ground_for(const Multirotor& vehicle, std::shared_ptr<const Ground> ground,
                                  const Environment& environment, const Vector& like) {

@@ -9,6 +9,8 @@
 #include <string>
 #include <vector>
 
+#include "angle.h"
+
 namespace nadir::sim {
 using Eigen::Matrix3d, Eigen::Quaterniond, Eigen::Vector3d;
 
@@ -59,11 +61,6 @@ BodyState body_state_from_vector(const BodyVector& x) {
   state.body_rates_radps = x.segment<3>(10);
   return state;
 }
-
-namespace {
-/// atan2, by one quotient where it can be: within two units in the last place, in half the time.
-double angle_rad(double y, double x) { return x > 0 ? std::atan(y / x) : std::atan2(y, x); }
-}  // namespace
 
 AirData air_data_from(const Vector3d& velocity_body_mps) {
   const Vector3d& v = velocity_body_mps;

@@ -64,6 +64,9 @@ class ContactGear {
   double reach_m_ = 0;
 };
 
+/// Under the centre of mass is the lowest skid or wheel so far; 0: it has none.
+double standing_height_m(const ContactGear& gear);
+
 /// A point's motion against the plane of ground under it.
 struct ContactMotion {
   double depth_m = 0;                   // positive in the ground

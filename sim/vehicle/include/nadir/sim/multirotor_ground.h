@@ -17,9 +17,6 @@ namespace nadir::sim {
 /// taken to reach as far, forward and to the right, as the radius of gyration about z.
 ContactGear gear_of(const Multirotor& vehicle);
 
-/// Under the centre of mass is the lowest skid or wheel so far.
-double standing_height_m(const ContactGear& gear);
-
 /// Farther from the ground than this many times its greatest rotor's radius a vehicle has no ground effect, which is
 /// 2.5e-5 of the thrust there.
 inline constexpr double ground_effect_radii = 50;
