@@ -88,6 +88,8 @@ TEST(MultirotorFile, AGearOfItsOwnTakesThePlaceOfTheLegsThatFollowFromItsRotors)
   EXPECT_EQ(standing_height_m(gear_of(vehicle)), 0.4);
   EXPECT_EQ(standing_height_m(gear_of(multirotor(to_yaml(vehicle)))), 0.4);
   EXPECT_LT(standing_height_m(gear_of(quadrotor())), 0.2);
+  ASSERT_EQ(vehicle_warnings(vehicle).size(), 1u);
+  EXPECT_PRED2(has, vehicle_warnings(vehicle)[0], "tips over on the ground");
   EXPECT_PRED2(has, message(with(legs, "  right skid:", "  right skid: {kind: skid, place_m: [0, 0.3, 0.4]}")),
                "vehicle.yaml:4: ");
 }

@@ -218,6 +218,7 @@ std::vector<std::string> warnings_of(const Multirotor& vehicle) {
   };
   const auto level = hover(1, 1);
   if (!level) return {"cannot hover at sea level: " + level.error().message};
+  if (vehicle.gear) warn_of_gear(*vehicle.gear, vehicle.mass.mass_kg(), warnings);
   const RotorValues throttle =
       vehicle.lumped ? RotorValues(level->controls.actuators.head(1)) : level->controls.actuators;
   constexpr double reserve = 1.5, last_share = 0.2;

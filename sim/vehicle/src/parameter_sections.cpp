@@ -163,4 +163,24 @@ std::string gear_text(const ContactGear& gear) {
   return text;
 }
 
+void warn_of_gear(const ContactGear& gear, double mass_kg, std::vector<std::string>& warnings) {
+  double stiffness_npm = 0, first_m = -1e9, last_m = 1e9;
+  for (const ContactPoint& p : gear.points()) {
+    if (p.kind == ContactPoint::Kind::Part) continue;
+    stiffness_npm += p.stiffness_npm;
+    first_m = std::max(first_m, p.body_m.x()), last_m = std::min(last_m, p.body_m.x());
+  }
+  if (stiffness_npm == 0) return;
+  const double height_m = standing_height_m(gear);
+  if (first_m <= 0 || last_m >= 0)
+    warnings.push_back(
+        fmt::format("tips over on the ground: all wheels and skids of its gear lie {} its centre of mass",
+                    first_m <= 0 ? "behind" : "in front of"));
+  if (const double give_m = mass_kg * 9.81 / stiffness_npm; give_m > height_m / 2)
+    warnings.push_back(
+        fmt::format("soft on the ground: its gear gives by {:.2g} m under its weight, and reaches {} m "
+                    "down",
+                    give_m, height_m));
+}
+
 }  // namespace nadir::sim

@@ -34,6 +34,8 @@ std::string electric_text(const Propulsion& motor);
 /// Points by name; those of a gear that is there already are changed, others added behind them.
 void read_gear(const ParameterLayer& layer, std::optional<ContactGear>& gear);
 std::string gear_text(const ContactGear& gear);
+/// On the ground: what it would stand on, and how far down.
+void warn_of_gear(const ContactGear& gear, double mass_kg, std::vector<std::string>& warnings);
 
 /// The part of that name; a new one like `fresh` behind the others where there is none, as `added` says.
 template <class Part>

@@ -4,7 +4,10 @@
 
 #include <algorithm>
 #include <array>
+#include <functional>
+#include <map>
 #include <memory>
+#include <mutex>
 
 #include "nadir/base/files.h"
 #include "nadir/base/text.h"
@@ -96,8 +99,20 @@ std::vector<std::string_view> vehicle_models() {
 }
 
 Result<VehicleParameters> vehicle_model(std::string_view name) {
-  for (const VehicleModelText& model : vehicle_model_texts())
-    if (model.name == name) return parse_vehicle(std::string(name), std::string(model.yaml));
+  // Each is read once: who flies many of them asks many times
+  static std::mutex mutex;
+  static std::map<std::string, VehicleParameters, std::less<>> known;
+  {
+    const std::scoped_lock lock(mutex);
+    if (const auto found = known.find(name); found != known.end()) return found->second;
+  }
+  for (const VehicleModelText& model : vehicle_model_texts()) {
+    if (model.name != name) continue;
+    auto vehicle = parse_vehicle(std::string(name), std::string(model.yaml));
+    if (!vehicle) return vehicle;
+    const std::scoped_lock lock(mutex);
+    return known.emplace(name, std::move(*vehicle)).first->second;
+  }
   return fail(Error::Kind::NotFound, fmt::format("no model '{}'{}", name, suggestion(name, vehicle_models())));
 }
 
