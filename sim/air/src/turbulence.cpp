@@ -45,11 +45,15 @@ double high_sigma_mps(double height_ft, double wind_mps) {
   return sigma_ftps * foot_m;
 }
 
-TurbulenceScales low_scales(double height_ft, double wind_mps) {
+/// Of the standard, which begins at 10 ft. Below, lengths stay, and ground lets less air up and down.
+TurbulenceScales low_scales(double above_ground_ft, double wind_mps) {
+  constexpr double lowest_ft = 10;
+  const double height_ft = std::max(lowest_ft, above_ground_ft);
   const double ratio = 0.177 + 0.000823 * height_ft;
   const double sigma_w = 0.1 * wind_mps, sigma_u = sigma_w / std::pow(ratio, 0.4);
   const double length_u_m = height_ft / std::pow(ratio, 1.2) * foot_m;
-  return {{sigma_u, sigma_u, sigma_w}, {length_u_m, length_u_m, height_ft * foot_m}};
+  const double blocked = std::cbrt(std::clamp(above_ground_ft / lowest_ft, 0.0, 1.0));
+  return {{sigma_u, sigma_u, sigma_w * blocked}, {length_u_m, length_u_m, height_ft * foot_m}};
 }
 
 TurbulenceScales high_scales(double height_ft, double wind_mps) {
@@ -99,7 +103,7 @@ double wind_at_20ft_mps(TurbulenceIntensity intensity) { return 15 * knot_mps * 
 
 TurbulenceScales turbulence_scales(double height_above_ground_m, double wind_at_20ft_mps) {
   constexpr double low_ft = 1000, high_ft = 2000;
-  const double height_ft = std::max(10.0, height_above_ground_m / foot_m);
+  const double height_ft = height_above_ground_m / foot_m;
   if (height_ft <= low_ft) return low_scales(height_ft, wind_at_20ft_mps);
   if (height_ft >= high_ft) return high_scales(height_ft, wind_at_20ft_mps);
   const TurbulenceScales low = low_scales(low_ft, wind_at_20ft_mps), high = high_scales(high_ft, wind_at_20ft_mps);

@@ -24,8 +24,9 @@ struct TurbulenceScales {
 /// At a height. Up to 1000 ft both follow height and the wind at 20 ft; from 2000 ft on lengths are 1750 ft, and
 /// intensities those of probability 1e-2, 1e-3 and 1e-5 for light, moderate and severe, between them in proportion to
 /// the wind at 20 ft, beyond 45 knots as severe in that proportion; between 1000 and 2000 ft linear in height. Under
-/// 10 ft as at 10 ft.
-/// Source: MIL-F-8785C, 1980, section 3.7 and figure 7.
+/// 10 ft as at 10 ft, but for wind up and down, which falls off with the cube root of height to none on the ground.
+/// Source: MIL-F-8785C, 1980, section 3.7 and figure 7; below 10 ft Hunt and Graham, Free-stream turbulence near plane
+/// boundaries, 1978: a wall lets through of its normal component what eddies smaller than the distance carry.
 TurbulenceScales turbulence_scales(double height_above_ground_m, double wind_at_20ft_mps);
 
 /// How a vehicle passes through a field of turbulence.
