@@ -49,6 +49,43 @@ TEST(Stall, LoadsAreContinuousAtEveryAngleAndOverStraightBehind) {
   }
 }
 
+TEST(Stall, LoadsAreContinuousBroadsideWhereAlphaIsNone) {
+  // All ways of the air within 1e-3 rad of the wing's: alpha takes every value there.
+  for (const std::string_view name : fixed_wing_models()) {
+    FixedWing vehicle = fixed_wing_model(name).value();
+    const double newtons = 0.5 * density * 400 * vehicle.wing_area_m2;
+    const auto from = [&](double side_mps, double alpha_rad, double off_rad) {
+      const Vector3d v(std::abs(side_mps) * off_rad * std::cos(alpha_rad), side_mps,
+                       std::abs(side_mps) * off_rad * std::sin(alpha_rad));
+      return aerodynamics(vehicle, air_data_from(v), {1, 1, 1}, {0.2, 0.1, 0.1}, density);
+    };
+    for (const double side_mps : {20.0, -20.0}) {
+      const Loads broadside = from(side_mps, 0, 0);
+      EXPECT_NEAR(broadside.force_body_n.x(), 0, 1e-12) << name;
+      EXPECT_NEAR(broadside.force_body_n.z(), 0, 1e-12) << name;
+      for (double alpha_rad = -pi; alpha_rad < pi; alpha_rad += 0.05) {
+        const Loads near = from(side_mps, alpha_rad, 1e-3);
+        EXPECT_LT((near.force_body_n - broadside.force_body_n).norm() / newtons, 4e-3) << name << " " << alpha_rad;
+        EXPECT_LT((near.moment_body_nm - broadside.moment_body_nm).norm() / newtons / vehicle.span_m, 4e-3)
+            << name << " " << alpha_rad;
+      }
+    }
+    vehicle.stall_model = StallModel::Lift;
+    EXPECT_GT((from(20, 1, 1e-3).force_body_n - from(20, -2, 1e-3).force_body_n).norm() / newtons, 1) << name;
+  }
+}
+
+TEST(Stall, ASideslipOfFlightLeavesThePublishedModelAsItIs) {
+  FixedWing published = aerosonde();
+  published.stall_model = StallModel::Lift;
+  const AirData air = air_data_from(20 * Vector3d(std::cos(0.17), std::sin(0.17), 0));
+  const Vector3d rates = Vector3d::Zero();
+  const Loads a = aerodynamics(aerosonde(), air, rates, {}, density),
+              b = aerodynamics(published, air, rates, {}, density);
+  EXPECT_LT((a.force_body_n - b.force_body_n).norm(), 1e-3 * b.force_body_n.norm());
+  EXPECT_LT((a.moment_body_nm - b.moment_body_nm).norm(), 1e-3 * b.moment_body_nm.norm());
+}
+
 TEST(Stall, ThePublishedModelJumpsBehindAndStaysLinear) {
   FixedWing vehicle = aerosonde();
   vehicle.stall_model = StallModel::Lift;

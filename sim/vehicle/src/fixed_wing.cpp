@@ -107,6 +107,13 @@ double roll_damping(const FixedWing& vehicle, double alpha, double sin_alpha, do
   return vehicle.roll.p * airspeed_mps / (middle * vehicle.lift.alpha) * (high - low);
 }
 
+/// Share of what depends on alpha that is left in a side-slip: 1 - sin^4 beta.
+double along_share(const AirData& air) {
+  if (!(air.airspeed_mps > 0)) return 1;
+  const double sine = air.velocity_body_mps.y() / air.airspeed_mps;
+  return 1 - sine * sine * sine * sine;
+}
+
 }  // namespace
 
 double lift_coefficient(const FixedWing& vehicle, double alpha_rad) {
@@ -140,17 +147,21 @@ Loads aerodynamics(const FixedWing& vehicle, const AirData& air, const Vector3d&
   };
   const double sin_alpha = air.sin_alpha, cos_alpha = air.cos_alpha;
   const BlendTerms terms = blend_terms(vehicle, air.alpha_rad);
-  const AtAlpha c = at_alpha(vehicle, air.alpha_rad, sin_alpha, cos_alpha, terms.stalled(), height_m);
-  const double lift_n = newtons(vehicle.lift, c.lift), drag_n = newtons(vehicle.drag, c.drag);
+  AtAlpha c = at_alpha(vehicle, air.alpha_rad, sin_alpha, cos_alpha, terms.stalled(), height_m);
+  const bool airframe = vehicle.stall_model == StallModel::Airframe;
+  const double along = airframe ? along_share(air) : 1;
+  c.side *= along, c.roll *= along, c.yaw *= along;
+  const double lift_n = along * newtons(vehicle.lift, c.lift), drag_n = along * newtons(vehicle.drag, c.drag);
+  const double pitch_n = along * newtons(vehicle.pitch, c.pitch) + (1 - along) * damping_ns * vehicle.pitch.q * cq;
   double roll_n = newtons(vehicle.roll, c.roll);
-  if (vehicle.stall_model == StallModel::Airframe)
-    roll_n +=
-        damping_ns * (roll_damping(vehicle, air.alpha_rad, sin_alpha, cos_alpha, terms, bp, va) - vehicle.roll.p * bp);
+  if (airframe)
+    roll_n += along * damping_ns *
+              (roll_damping(vehicle, air.alpha_rad, sin_alpha, cos_alpha, terms, bp, va) - vehicle.roll.p * bp);
 
   Loads loads;
   loads.force_body_n = {lift_n * sin_alpha - drag_n * cos_alpha, newtons(vehicle.side, c.side),
                         -lift_n * cos_alpha - drag_n * sin_alpha};
-  loads.moment_body_nm = {vehicle.span_m * roll_n, vehicle.chord_m * newtons(vehicle.pitch, c.pitch),
+  loads.moment_body_nm = {vehicle.span_m * roll_n, vehicle.chord_m * pitch_n,
                           vehicle.span_m * newtons(vehicle.yaw, c.yaw)};
   return loads;
 }

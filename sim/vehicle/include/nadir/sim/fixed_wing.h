@@ -107,6 +107,9 @@ inline constexpr double ground_effect_spans = 2;
 ///   of roll damping: that of the derivative while both are attached (less 1/3 of the square of b p / (4 Va)), and the
 ///   opposite where lift falls with alpha: autorotation (Glauert, The rotation of an aeroplane about the axis of roll,
 ///   1919).
+/// - Air along the wing lifts nothing: lift, drag, and moments of alpha are left with 1 - sin^4 of side-slip: all but
+///   1e-3 of them up to 10 degrees, where the published models hold, and none broadside, where alpha has no meaning.
+///   Of an endless wing it would be cos^2 (Jones, Effects of sweepback on boundary layer and separation, 1947).
 Loads aerodynamics(const FixedWing& vehicle, const AirData& air, const Eigen::Vector3d& rates_radps,
                    const Surfaces& surfaces, double density_kgpm3, double height_m = no_ground_m);
 
