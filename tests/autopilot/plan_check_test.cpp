@@ -69,6 +69,26 @@ TEST_F(PlanChecks, TurnsAreHeldAgainstTheBankThatTheyTakeWithTheWindBehind) {
   EXPECT_FALSE(check(orbit(advised - 3), 500).findings.empty());
 }
 
+TEST_F(PlanChecks, ACornerWithoutRoomForItsArcIsDoubtful) {
+  // Half of the second leg is 100 m, of which arcs of 150 m would take 150 at the corner; 63.7 m is the tightest turn.
+  const std::vector<MissionItem> items = {Waypoint{1000, 0, 100}, Waypoint{1000, 200, 100}, Waypoint{3000, 400, 100}};
+  const auto findings = check(items).findings;
+  ASSERT_EQ(findings.size(), 2u);
+  EXPECT_EQ(findings[0].item, 0u);
+  EXPECT_FALSE(findings[0].impossible);
+  EXPECT_NE(findings[0].message.find("corner of 90 degrees"), std::string::npos) << findings[0].message;
+  EXPECT_NE(findings[0].message.find("at least 64 m off"), std::string::npos) << findings[0].message;
+  EXPECT_EQ(findings[1].item, 1u);
+  EXPECT_NE(findings[1].message.find("corner of 84 degrees"), std::string::npos) << findings[1].message;
+  EXPECT_TRUE(check(items, 99).findings.empty());
+  EXPECT_TRUE(
+      check({Waypoint{1000, 0, 100}, Waypoint{1050, 10, 100}, Waypoint{3000, 400, 100}}, 10000).findings.empty())
+      << "a small corner is flown near its path";
+  const auto back = check({Waypoint{1000, 0, 100}, Waypoint{-1000, 0, 100}}).findings;
+  ASSERT_EQ(back.size(), 1u);
+  EXPECT_NE(back[0].message.find("put a waypoint between"), std::string::npos) << back[0].message;
+}
+
 TEST_F(PlanChecks, TheGroundIsMetAlongTheWayNotOnlyAtWaypoints) {
   const auto findings = check({Waypoint{2000, 0, 100}, Waypoint{5000, 0, -10}, Waypoint{8000, 0, 15}}).findings;
   ASSERT_EQ(findings.size(), 2u);

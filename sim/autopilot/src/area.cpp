@@ -97,7 +97,7 @@ double Area::widest_m() const {
       least_m = std::min(least_m, distance_m(p, corners_[i], corners_[(i + 1) % n]));
     return contains(p) ? least_m : -least_m;
   };
-  // Squares down to parts of them, those first that may hold the largest disc's middle, until none may hold a larger one
+  // Squares down to parts of them, those first that may hold the largest disc's middle, until none is left
   struct Square {
     Vector2d middle;
     double half_m = 0, most_m = 0;

@@ -121,6 +121,7 @@ std::vector<PlannedPoint> planned_points(const Mission& mission, double spacing_
     for (std::size_t i = 0; i <= steps; ++i) {
       PlannedPoint point = point_at(piece, length * static_cast<double>(i) / static_cast<double>(steps));
       point.length_m = piece.leaves ? length / static_cast<double>(steps + 1) : 0;
+      if (i == steps) point.corner = piece.corner;
       points.push_back(point);
     }
   }

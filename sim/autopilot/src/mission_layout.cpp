@@ -67,26 +67,25 @@ struct Fillet {
   double cut_m = 0;
 };
 
-/// Without a cut where the course changes by less than a thousandth of a radian, by more than 165 degrees, or where
-/// half a leg is too short for it.
-Fillet fillet_between(const StraightPath& a, const StraightPath& b, double radius_m) {
+SharpCorner corner_between(const StraightPath& a, const StraightPath& b) {
   const Vector2d in = a.to - a.from, out = b.to - b.from;
-  const Vector2d u = in.normalized(), v = out.normalized();
-  const double cross = u.x() * v.y() - u.y() * v.x(), dot = u.dot(v);
-  const double turn = std::atan2(std::abs(cross), dot);
-  if (turn < 1e-3 || turn > 165 * (pi / 180)) return {};
+  const double turn = std::atan2(std::abs(in.x() * out.y() - in.y() * out.x()), in.dot(out));
+  if (turn > 165 * (pi / 180)) return {turn, 0};
+  return {turn, 0.5 * std::min(in.norm(), out.norm()) / std::tan(turn / 2)};
+}
 
+Fillet fillet_between(const StraightPath& a, const StraightPath& b, double turn_rad, double radius_m) {
+  const Vector2d in = a.to - a.from, out = b.to - b.from, u = in.normalized();
   Fillet fillet;
-  fillet.cut_m = radius_m * std::tan(turn / 2);
-  if (fillet.cut_m > 0.5 * std::min(in.norm(), out.norm())) return {};
-  const double sense = cross > 0 ? 1 : -1;
+  fillet.cut_m = radius_m * std::tan(turn_rad / 2);
+  const double sense = in.x() * out.y() - in.y() * out.x() > 0 ? 1 : -1;
   const Vector2d entry = a.to - fillet.cut_m * u;
   const Vector2d right(-u.y(), u.x());
   fillet.arc.center = entry + sense * radius_m * right;
   fillet.arc.radius_m = radius_m;
   fillet.arc.clockwise = sense > 0;
   fillet.arc.from_rad = bearing_rad(entry - fillet.arc.center);
-  fillet.arc.sweep_rad = turn;
+  fillet.arc.sweep_rad = turn_rad;
   fillet.arc.from_height_m = a.to_height_m - (a.to_height_m - a.from_height_m) * fillet.cut_m / in.norm();
   fillet.arc.to_height_m = b.from_height_m + (b.to_height_m - b.from_height_m) * fillet.cut_m / out.norm();
   return fillet;
@@ -232,8 +231,13 @@ class Layer {
     MissionPiece& before = pieces.back();
     if (!std::holds_alternative<StraightPath>(before.path) || !std::holds_alternative<StraightPath>(next.path)) return;
     const auto &a = std::get<StraightPath>(before.path), &b = std::get<StraightPath>(next.path);
-    const Fillet fillet = fillet_between(a, b, corner_radius_m_);
-    if (!(fillet.cut_m > 0)) return;
+    const SharpCorner corner = corner_between(a, b);
+    if (corner.turn_rad < 1e-3) return;
+    if (corner_radius_m_ > corner.fitting_radius_m) {
+      before.corner = corner;
+      return;
+    }
+    const Fillet fillet = fillet_between(a, b, corner.turn_rad, corner_radius_m_);
     MissionPiece arc = whole_piece(fillet.arc, fillet.arc.from_height_m, fillet.arc.to_height_m);
     arc.airspeed_mps = before.airspeed_mps;
     arc.item = before.item;

@@ -20,7 +20,7 @@ struct Worst {
   double ground_speed_mps = 0, airspeed_mps = 0;
   Vector2d wind_mps = Vector2d::Zero();
 };
-enum Kind { Climb, Turn, Ground, Headway, Airspeed, kinds };
+enum Kind { Climb, Turn, Corner, Ground, Headway, Airspeed, kinds };
 
 /// Bank that a turn takes: the nose crabs, and only the part of lift across the course bends the path.
 double bank_rad(const Worst& at) {
@@ -47,6 +47,20 @@ std::string turn_message(const Worst& at, const FlightLimits& limits) {
       "a radius of {:.0f} m",
       radius, at.ground_speed_mps, bank_rad(at) * to_deg, limits.max_bank_rad * to_deg,
       std::ceil(radius * std::tan(bank_rad(at)) / most));
+}
+/// How far beyond a corner the tightest turn leads, until it runs along the way that follows.
+double off_corner_m(const Worst& at, const FlightLimits& limits) {
+  const double v = at.ground_speed_mps;
+  return v * v / (gravity_mps2 * std::tan(limits.max_bank_rad)) * (1 - std::cos(at.point.corner->turn_rad));
+}
+std::string corner_message(const Worst& at) {
+  const SharpCorner& corner = *at.point.corner;
+  return fmt::format(
+      "its corner of {:.0f} degrees has no room for an arc, and leads at least {:.0f} m off the path: {}",
+      corner.turn_rad * to_deg, at.measure,
+      corner.fitting_radius_m > 0 ? fmt::format("a turn_radius_m of {:.0f} would fit, or make the legs longer",
+                                                std::floor(corner.fitting_radius_m))
+                                  : "put a waypoint between");
 }
 std::string ground_message(const Worst& at) {
   const double above_m = -at.measure;
@@ -110,8 +124,10 @@ Result<PlanCheck> check_plan(std::span<const PlannedPoint> points, const FlightL
     if (!moves) continue;
     offer(Climb, std::abs(point.slope) * at.ground_speed_mps / limits.max_climb_mps);
     offer(Turn, bank_rad(at) / limits.max_bank_rad);
+    if (point.corner) offer(Corner, off_corner_m(at, limits));
   }
 
+  constexpr double near_path_m = 10;
   constexpr double slack = 1e-9;  // what is laid out at a limit keeps it
   for (const auto& [item, worst] : items) {
     const auto note = [&, item = item](Kind kind, double doubtful, double impossible, const auto& message) {
@@ -120,6 +136,7 @@ Result<PlanCheck> check_plan(std::span<const PlannedPoint> points, const FlightL
     };
     note(Climb, doubtful_share, 1 + slack, [&](const Worst& at) { return climb_message(at, limits); });
     note(Turn, doubtful_share, 1 + slack, [&](const Worst& at) { return turn_message(at, limits); });
+    note(Corner, near_path_m, INFINITY, corner_message);
     note(Ground, -limits.near_ground_m, 0, ground_message);
     note(Headway, -(1 - doubtful_share), 0, headway_message);
     note(Airspeed, doubtful_share, 1 + slack, [&](const Worst& at) { return airspeed_message(at, limits); });

@@ -48,6 +48,12 @@ struct MissionFault {
   std::string message;
 };
 
+/// A change of course without an arc, since the one that was asked for has no room.
+struct SharpCorner {
+  double turn_rad = 0;
+  double fitting_radius_m = 0;  // of the largest arc that has; 0 of a course turned back by more than 165 degrees
+};
+
 /// A piece of a mission's path as planned.
 struct MissionPiece {
   Path path;
@@ -57,6 +63,7 @@ struct MissionPiece {
   std::optional<double> seconds = {};       // a circle: left once so much time has passed
   std::optional<double> airspeed_mps = {};  // else the vehicle's own
   std::size_t item = 0;                     // that it leads to
+  std::optional<SharpCorner> corner = {};   // at its end
 
   double length_m() const;  // in plan
 };
@@ -78,7 +85,8 @@ struct PlannedPoint {
   std::optional<double> airspeed_mps = {};
   std::size_t item = 0;                 // that the path leads to there
   std::optional<KeptMotion> kept = {};  // of a vehicle that can hover
-  bool low = false;                     // on the way from the ground or down to it, which is near it on purpose
+  std::optional<SharpCorner> corner = {};
+  bool low = false;  // on the way from the ground or down to it, which is near it on purpose
 };
 
 /// The path along waypoints and orbits. Legs between plain waypoints are straight, joined by arcs (fillets) that touch

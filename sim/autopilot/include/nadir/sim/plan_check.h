@@ -40,7 +40,8 @@ struct PlanCheck {
 
 /// Looks at a path, as planned, before it is flown: climbs against the limit at the speed over ground, turns against
 /// the bank that they take with the wind behind, the ground, and headway against the wind. What reaches seven eighths
-/// of a limit, or comes nearer to the ground than 20 m, is doubtful; beyond it is impossible. Where motion over ground
+/// of a limit, or comes nearer to the ground than 20 m, is doubtful; beyond it is impossible. A corner
+/// without an arc is doubtful that leads 10 m off the path by the tightest turn's geometry. Where motion over ground
 /// is kept, the airspeed that it takes in the wind is looked at in place of turns and headway, and of climbs those
 /// upwards.
 Result<PlanCheck> check_plan(std::span<const PlannedPoint> points, const FlightLimits& limits,
