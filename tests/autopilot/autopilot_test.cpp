@@ -1,5 +1,6 @@
 #include "nadir/sim/autopilot.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cstring>
@@ -48,6 +49,15 @@ TEST(FeedForward, PointsTheWayThatFlightsNeed) {
   const FeedForward ff = feed_forward(aerosonde(), 25, 1.2682, 9.81).value();
   EXPECT_LT(ff.elevator_per_load, 0) << "a turn needs the nose pulled up";
   EXPECT_GT(ff.throttle_per_climb, 0) << "and a climb more thrust";
+  // Of (25/24)^2 - 1, between (1/0.9)^2 - 1 and none: pitch and elevator are almost straight in it
+  const auto slower = trim(aerosonde(), {.airspeed_mps = 24}, 1.2682, 9.81);
+  const double slow = 25.0 * 25 / (24 * 24) - 1, pitch_rad = slower->pitch_rad - ff.level.pitch_rad,
+               elevator_rad = slower->controls.surfaces.elevator_rad - ff.level.controls.surfaces.elevator_rad;
+  EXPECT_NEAR(ff.pitch_per_slow * slow / pitch_rad, 1, 0.02);
+  EXPECT_NEAR(ff.elevator_per_slow * slow / elevator_rad, 1, 0.02);
+  const FeedForward slowest = feed_forward(aerosonde(), 15.35, 1.2682, 9.81).value();
+  EXPECT_FALSE(trim(aerosonde(), {.airspeed_mps = 0.9 * 15.35, .climb_angle_rad = -0.05}, 1.2682, 9.81));
+  EXPECT_GT(slowest.pitch_per_slow, 0) << "from a faster trim, where there is no slower one";
   EXPECT_FALSE(feed_forward(aerosonde(), 35, 1.2682, 9.81)) << "no level flight there";
 }
 
@@ -171,6 +181,8 @@ TEST(ClosedLoopMission, EveryModelFliesTheSquareInWindWithGainsFromItsOwnDerivat
       const MissionErrors worst = around_the_square(
           earth, Vector3d(2, -4, 0), 300, vehicle.cruise_mps,
           [&](FlightGains& gains) { gains.autopilot.control = control; }, vehicle, 300);
+      RecordProperty(std::string(name) + (control == Control::TotalEnergy ? "_energy" : "_loops"),
+                     fmt::format("{:.2f} m, {:.2f} m, {:.2f} m/s", worst.right_m, worst.above_m, worst.airspeed_mps));
       EXPECT_LT(worst.right_m, across_m) << name;
       EXPECT_LT(worst.above_m, 0.37) << name;
       EXPECT_LT(worst.airspeed_mps, 0.07) << name;

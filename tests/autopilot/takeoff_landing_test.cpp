@@ -151,7 +151,7 @@ class TakeoffAndLanding : public testing::Test {
     record("touch_mps", m.touch_mps), record("touch_yaw_deg", m.touch_yaw_deg);
     record("touch_roll_deg", m.touch_roll_deg);
     record("stop_past_m", m.stop_past_m), record("stop_right_m", m.stop_right_m);
-    EXPECT_LT(m.glide_above_m, 1);
+    EXPECT_LT(m.glide_above_m, 0.1);
     EXPECT_LT(m.glide_right_m, 0.3);
     EXPECT_NEAR(m.touch_mps, 18, 0.3);
     return m;

@@ -201,8 +201,8 @@ TEST_F(Missions, AMissionOfEverythingIsFlownNearItsPath) {
   }
   RecordProperty("across_m", std::to_string(across));
   RecordProperty("height_m", std::to_string(height));
-  EXPECT_LT(across, 6);
-  EXPECT_LT(height, 4);
+  EXPECT_LT(across, 1);
+  EXPECT_LT(height, 0.5);
   EXPECT_NEAR(slowest, 22, 0.6);
   EXPECT_NEAR(fastest, 28, 0.6);
 }

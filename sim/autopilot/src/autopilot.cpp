@@ -33,12 +33,21 @@ Result<FeedForward> feed_forward(const FixedWing& vehicle, double airspeed_mps, 
   if (!level) return fail(level);
   const auto turn = trim(vehicle, {.airspeed_mps = airspeed_mps, .turn_radius_m = radius_m}, density_kgpm3, gravity);
   if (!turn) return fail(turn);
-  const auto descent =
-      trim(vehicle, {.airspeed_mps = airspeed_mps, .climb_angle_rad = descent_rad}, density_kgpm3, gravity);
+  const auto descent_at = [&](double va_mps) {
+    return trim(vehicle, {.airspeed_mps = va_mps, .climb_angle_rad = descent_rad}, density_kgpm3, gravity);
+  };
+  const auto descent = descent_at(airspeed_mps);
   if (!descent) return fail(descent);
+  double other_ratio = 0.9;
+  auto other = descent_at(other_ratio * airspeed_mps);
+  if (!other) other = descent_at((other_ratio = 1 / other_ratio) * airspeed_mps);
+  if (!other) return fail(other);
 
   FeedForward ff;
   ff.level = *level;
+  const double slow = 1 / (other_ratio * other_ratio) - 1;
+  ff.pitch_per_slow = (other->pitch_rad - descent->pitch_rad) / slow;
+  ff.elevator_per_slow = (other->controls.surfaces.elevator_rad - descent->controls.surfaces.elevator_rad) / slow;
   const double load = 1 / std::cos(turn->roll_rad) - 1;
   ff.pitch_per_load = (turn->pitch_rad - level->pitch_rad) / load;
   ff.elevator_per_load = (turn->controls.surfaces.elevator_rad - level->controls.surfaces.elevator_rad) / load;
@@ -78,9 +87,10 @@ Autopilot::Rates Autopilot::rates(const Guidance& guidance, const Navigation& no
   return out;
 }
 
-double Autopilot::pitch_command(const Rates& rates, double load, double dt_s) {
+double Autopilot::pitch_command(const Rates& rates, double load, double slow_load, double dt_s) {
   const double error_rad = rates.climb_error_rad - rates.acceleration_error_rad;
-  const double base = ff_.level.pitch_rad + ff_.pitch_per_load * load + rates.climb_rad + gains_.climb_kp * error_rad;
+  const double base = ff_.level.pitch_rad + ff_.pitch_per_load * load + ff_.pitch_per_slow * slow_load +
+                      rates.climb_rad + gains_.climb_kp * error_rad;
   memory_.climb_rad = integrated(memory_.climb_rad, gains_.climb_ki * error_rad * dt_s, base + memory_.climb_rad,
                                  -gains_.max_pitch_rad, gains_.max_pitch_rad);
   return symmetric_clamp(base + memory_.climb_rad, gains_.max_pitch_rad);
@@ -104,22 +114,30 @@ double Autopilot::airspeed_for_division(const Navigation& now) const {
   return std::max(now.airspeed_mps, 0.5 * ff_.level.target.airspeed_mps);
 }
 
+double Autopilot::slow(const Navigation& now) const {
+  constexpr double most = 1.4;  // of airspeeds either way, beyond which it says nothing useful
+  const double va = ff_.level.target.airspeed_mps;
+  const double ratio = va / std::clamp(now.airspeed_mps, va / most, va * most);
+  return ratio * ratio - 1;
+}
+
 Controls Autopilot::step(const Guidance& guidance, const Navigation& now, double dt_s) {
   // What the present bank asks for. Beyond 60 degrees the feed-forward, linear in load, says nothing useful.
   const double roll = now.attitude.roll_rad, bank = symmetric_clamp(roll - ff_.level.roll_rad, pi / 3);
   const double load = 1 / std::cos(bank) - 1;
+  const double slow_load = slow(now) * (1 + load);
   const double turn_rate = gravity_mps2 * std::tan(bank) / airspeed_for_division(now);
   const double pitch_rate = turn_rate * std::sin(bank), yaw_rate = turn_rate * std::cos(bank);
 
   const double roll_error = roll_command(guidance, now) - roll;
   const Rates wanted = rates(guidance, now, dt_s);
-  const double pitch_error = pitch_command(wanted, load, dt_s) - now.attitude.pitch_rad;
+  const double pitch_error = pitch_command(wanted, load, slow_load, dt_s) - now.attitude.pitch_rad;
   const Surfaces& level = ff_.level.controls.surfaces;
 
   Controls out;
   out.surfaces.aileron_rad = level.aileron_rad + gains_.roll_kp * roll_error - gains_.roll_kd * now.rates_radps.x();
-  out.surfaces.elevator_rad = level.elevator_rad + ff_.elevator_per_load * load - gains_.pitch_kp * pitch_error +
-                              gains_.pitch_kd * (now.rates_radps.y() - pitch_rate);
+  out.surfaces.elevator_rad = level.elevator_rad + ff_.elevator_per_load * load + ff_.elevator_per_slow * slow_load -
+                              gains_.pitch_kp * pitch_error + gains_.pitch_kd * (now.rates_radps.y() - pitch_rate);
   out.surfaces.rudder_rad = level.rudder_rad + gains_.yaw_damper * (now.rates_radps.z() - yaw_rate);
   for (double* surface : {&out.surfaces.aileron_rad, &out.surfaces.elevator_rad, &out.surfaces.rudder_rad})
     *surface = symmetric_clamp(*surface, gains_.max_surface_rad);

@@ -11,10 +11,12 @@ namespace nadir::sim {
 struct FeedForward {
   Trim level;
   double pitch_per_load = 0, elevator_per_load = 0;  // change per g of load beyond one, in a turn
+  double pitch_per_slow = 0, elevator_per_slow = 0;  // per (V / Va)^2 - 1 at another airspeed Va than the trim's V
   double throttle_per_climb = 0;                     // per radian of climb angle
 };
 
-/// From three trims: level, in a turn of 30 degrees bank, and descending at 0.05 rad (which the motor can always do).
+/// From trims: level, in a turn of 30 degrees bank, descending at 0.05 rad (which the motor can always do), and so at
+/// nine tenths of the airspeed, or at ten ninths where the vehicle cannot fly that slowly.
 /// Fails where one of them does not exist.
 Result<FeedForward> feed_forward(const FixedWing& vehicle, double airspeed_mps, double density_kgpm3,
                                  double gravity_mps2);
@@ -79,7 +81,8 @@ class Autopilot {
   Rates rates(const Guidance& guidance, const Navigation& now, double dt_s);
   double roll_command(const Guidance& guidance, const Navigation& now) const;
   double climb_command(const Guidance& guidance, const Navigation& now) const;  // radians, against the air
-  double pitch_command(const Rates& rates, double load, double dt_s);
+  double pitch_command(const Rates& rates, double load, double slow_load, double dt_s);
+  double slow(const Navigation& now) const;  // how much more lift coefficient it takes than at the trim's airspeed
   double throttle_command(const Rates& rates, double dt_s);
   double airspeed_for_division(const Navigation& now) const;  // never near zero
 
