@@ -2,6 +2,7 @@ include(GNUInstallDirs)
 
 # How every target of this project is compiled. Nothing here is set globally but the output folder.
 option(NADIR_WARNINGS_AS_ERRORS "Stop at warnings" OFF)
+option(NADIR_LTO "Optimise vehicles' motion across libraries where a program is linked (GCC, releases)" ON)
 option(NADIR_FUZZ "Build the fuzz targets, which need clang: see the preset" OFF)
 set(NADIR_SANITIZE "" CACHE STRING "Sanitizers to build with, for instance address,undefined")
 
@@ -21,9 +22,10 @@ endif()
 
 add_library(nadir_options INTERFACE)
 target_compile_features(nadir_options INTERFACE cxx_std_20)
-# Fused multiply-add would make results differ between CPUs: the same steps must give the same bits.
+# Fused multiply-add would make results differ between CPUs: the same steps must give the same bits. Nobody replaces
+# single functions of ours by others, so that calls within a file may be inlined in position-independent code too.
 target_compile_options(nadir_options INTERFACE -Wall -Wextra -Wshadow -Wnon-virtual-dtor -Wno-missing-field-initializers
-                       -ffp-contract=off)
+                       -ffp-contract=off -fno-semantic-interposition)
 if(NADIR_WARNINGS_AS_ERRORS)
   target_compile_options(nadir_options INTERFACE -Werror)
 endif()
@@ -43,6 +45,18 @@ function(nadir_library name)
   target_link_libraries(nadir_${name} PUBLIC ${ARG_PUBLIC} PRIVATE ${ARG_PRIVATE} $<BUILD_INTERFACE:nadir_options>)
   set_target_properties(nadir_${name} PROPERTIES EXPORT_NAME ${name})
   set_property(GLOBAL APPEND PROPERTY NADIR_LIBRARIES nadir_${name})
+endfunction()
+
+# nadir_optimise_at_link(<targets>): libraries whose small functions call one another, and programs for which that counts.
+# Objects stay whole, so that all others link them as ever.
+function(nadir_optimise_at_link)
+  if(NOT NADIR_LTO OR NADIR_SANITIZE OR NOT CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+    return()
+  endif()
+  foreach(target IN LISTS ARGN)
+    target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-flto=auto;-ffat-lto-objects>)
+    target_link_options(${target} PRIVATE $<$<CONFIG:Release>:-flto=auto>)
+  endforeach()
 endfunction()
 
 # nadir_program(<name> SOURCES <files> LIBS <libs>): a program in the build folder, installed to bin.
