@@ -25,11 +25,11 @@ Result<void> Atmosphere::check(const AtmosphereOffsets& offsets) {
   return {};
 }
 
-/// Of the pressure at a height in the layer to that at its base.
-double Atmosphere::Layer::pressure_ratio(double height_gp_m, double temperature_k) const {
-  if (lapse_kpm == 0) return std::exp(-gravity_per_gas_kpm * (height_gp_m - base_m) / base_k);
+/// Of the density at a height in the layer to that at its base.
+double Atmosphere::Layer::density_ratio(double height_gp_m, double temperature_share) const {
+  if (lapse_kpm == 0) return std::exp(-gravity_per_gas_kpm * (height_gp_m - base_m) * per_base_k);
   // A power whose exponent is small: two units in the last place, in two thirds of the time of std::pow
-  return std::exp(gravity_per_gas_kpm / lapse_kpm * std::log(base_k / temperature_k));
+  return std::exp(density_exponent * std::log(temperature_share));
 }
 
 Atmosphere::Atmosphere(const AtmosphereOffsets& offsets)
@@ -41,23 +41,29 @@ Atmosphere::Atmosphere(const AtmosphereOffsets& offsets)
                {51000, 270.65, -0.0028},
                {71000, 214.65, -0.002},
                {84852, 186.946, 0}}} {
-  for (Layer& layer : layers_) layer.base_k += offsets.temperature_k;
-  layers_[0].base_pa = 101325 + offsets.pressure_pa;
+  for (Layer& layer : layers_) {
+    layer.base_k += offsets.temperature_k;
+    layer.per_base_k = 1 / layer.base_k;
+    if (layer.lapse_kpm != 0) layer.density_exponent = -gravity_per_gas_kpm / layer.lapse_kpm - 1;
+  }
+  layers_[0].base_kgpm3 = (101325 + offsets.pressure_pa) / (gas_jpkgk * layers_[0].base_k);
   for (std::size_t i = 1; i < layers_.size(); ++i)
-    layers_[i].base_pa = layers_[i - 1].base_pa * layers_[i - 1].pressure_ratio(layers_[i].base_m, layers_[i].base_k);
+    layers_[i].base_kgpm3 = at_geopotential(layers_[i - 1], layers_[i].base_m).density_kgpm3;
+}
+
+Air Atmosphere::at_geopotential(const Layer& layer, double height_gp_m) {
+  Air air;
+  air.temperature_k = layer.base_k + layer.lapse_kpm * (height_gp_m - layer.base_m);
+  air.density_kgpm3 = layer.base_kgpm3 * layer.density_ratio(height_gp_m, air.temperature_k * layer.per_base_k);
+  air.pressure_pa = air.density_kgpm3 * (gas_jpkgk * air.temperature_k);
+  return air;
 }
 
 Air Atmosphere::at(double height_m) const {
   const double height_gp_m = geopotential_height_m(height_m);
-  const Layer* layer = &layers_[0];
-  for (const Layer& higher : layers_)
-    if (height_gp_m >= higher.base_m) layer = &higher;
-
-  Air air;
-  air.temperature_k = layer->base_k + layer->lapse_kpm * (height_gp_m - layer->base_m);
-  air.pressure_pa = layer->base_pa * layer->pressure_ratio(height_gp_m, air.temperature_k);
-  air.density_kgpm3 = air.pressure_pa / (gas_jpkgk * air.temperature_k);
-  return air;
+  std::size_t layer = 0;
+  while (layer + 1 < layers_.size() && height_gp_m >= layers_[layer + 1].base_m) ++layer;
+  return at_geopotential(layers_[layer], height_gp_m);
 }
 
 }  // namespace nadir::sim

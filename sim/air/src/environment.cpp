@@ -71,7 +71,8 @@ Surroundings Environment::at(const geodesy::Point<geodesy::frame::Ecef>& place) 
                       p.z() + e2 / (1 - e2) * b_m * reduced.y() * reduced.y() * reduced.y())
           .normalized();
   const double cos_lat = latitude.x(), sin_lat = latitude.y();
-  const double cos_lon = axis_m > 0 ? p.x() / axis_m : 1, sin_lon = axis_m > 0 ? p.y() / axis_m : 0;
+  const double per_axis = axis_m > 0 ? 1 / axis_m : 0;
+  const double cos_lon = axis_m > 0 ? p.x() * per_axis : 1, sin_lon = p.y() * per_axis;
 
   Surroundings here;
   here.ecef_from_ned.col(0) = Vector3d(-sin_lat * cos_lon, -sin_lat * sin_lon, cos_lat);

@@ -38,12 +38,14 @@ class Atmosphere {
 
  private:
   struct Layer {
-    double base_m = 0;     // geopotential height
-    double base_k = 0;     // temperature there
-    double lapse_kpm = 0;  // kelvin per metre upwards
-    double base_pa = 0;    // pressure there
-    double pressure_ratio(double height_gp_m, double temperature_k) const;
+    double base_m = 0;      // geopotential height
+    double base_k = 0;      // temperature there
+    double lapse_kpm = 0;   // kelvin per metre upwards
+    double base_kgpm3 = 0;  // density there
+    double per_base_k = 0, density_exponent = 0;
+    double density_ratio(double height_gp_m, double temperature_share) const;
   };
+  static Air at_geopotential(const Layer& layer, double height_gp_m);
   std::array<Layer, 8> layers_;
 };
 
