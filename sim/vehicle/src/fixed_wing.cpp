@@ -70,9 +70,9 @@ AtAlpha at_alpha(const FixedWing& vehicle, double alpha, double sin_alpha, doubl
   const bool airframe = vehicle.stall_model == StallModel::Airframe;
   const double attached = 1 - stalled;
   const double linear_lift = attached_lift(vehicle, alpha), normal = plate_normal(sin_alpha);
-  const double aspect_ratio = vehicle.span_m * vehicle.span_m / vehicle.wing_area_m2;
   const double induced =
-      ground_effect(vehicle, height_m) * linear_lift * linear_lift / (std::numbers::pi * vehicle.oswald * aspect_ratio);
+      ground_effect(vehicle, height_m) * linear_lift * linear_lift * vehicle.wing_area_m2 /
+      (std::numbers::pi * vehicle.oswald * vehicle.span_m * vehicle.span_m);  // over the aspect ratio
   const double alpha_felt = airframe ? attached * alpha : alpha;
   const auto linear = [&](const Coefficient& c) { return c.zero + c.alpha * alpha_felt; };
 
@@ -83,7 +83,7 @@ AtAlpha at_alpha(const FixedWing& vehicle, double alpha, double sin_alpha, doubl
   out.pitch = linear(vehicle.pitch);
   if (!airframe) return out;
 
-  const double aft = 0.25 - 0.175 * (1 - 2 * std::abs(alpha) / std::numbers::pi);  // of the wing's quarter chord
+  const double aft = 0.25 - 0.175 * (1 - 2 * std::numbers::inv_pi * std::abs(alpha));  // of the wing's quarter chord
   const double attached_pitch = vehicle.pitch.zero + vehicle.pitch.alpha * alpha;
   const double stalled_pitch = vehicle.pitch.zero + vehicle.pitch.alpha * sin_alpha - aft * normal;
   out.drag = linear(vehicle.drag) + attached * induced + stalled * normal * sin_alpha;
@@ -98,7 +98,8 @@ double roll_damping(const FixedWing& vehicle, double alpha, double sin_alpha, do
   constexpr double middle = 0.5;  // of half the span
   const double across = middle * bp_mps, along = 2 * airspeed_mps, length = std::sqrt(across * across + along * along);
   if (length == 0) return 0;
-  const double more = angle_rad(across, along), sin_more = across / length, cos_more = along / length;
+  const double per_length = 1 / length;
+  const double more = angle_rad(across, along), sin_more = across * per_length, cos_more = along * per_length;
   const double factor = std::exp(vehicle.stall_sharpness * more);
   const double high = lift_over_stall(vehicle, alpha + more, sin_alpha * cos_more + cos_alpha * sin_more,
                                       cos_alpha * cos_more - sin_alpha * sin_more, terms.turned(factor).stalled());

@@ -6,7 +6,7 @@
 
 namespace nadir::sim {
 namespace {
-constexpr double pi = std::numbers::pi;
+constexpr double turns_per_rad = std::numbers::inv_pi / 2;
 }
 
 PropulsionOutput propel(const Propulsion& propulsion, double throttle, double airspeed_mps, double density_kgpm3) {
@@ -14,10 +14,11 @@ PropulsionOutput propel(const Propulsion& propulsion, double throttle, double ai
   const double d = m.diameter_m, d2 = d * d, d3 = d2 * d, d4 = d2 * d2;
 
   // Torque of the propeller less that of the motor is a quadratic of the rate; its upper root is the stable one.
-  const double a = m.cq0 * density_kgpm3 * d4 * d / (4 * pi * pi);
-  const double b = m.cq1 * density_kgpm3 * d4 * airspeed_mps / (2 * pi) + m.kq_vspr * m.kq_vspr / m.resistance_ohm;
+  const double stalled_nmpv = m.kq_vspr / m.resistance_ohm;  // the motor's torque per volt
+  const double a = m.cq0 * density_kgpm3 * d4 * d * (turns_per_rad * turns_per_rad);
+  const double b = m.cq1 * density_kgpm3 * d4 * airspeed_mps * turns_per_rad + m.kq_vspr * stalled_nmpv;
   const double c = m.cq2 * density_kgpm3 * d3 * airspeed_mps * airspeed_mps -
-                   m.kq_vspr / m.resistance_ohm * m.max_voltage_v * throttle + m.kq_vspr * m.no_load_current_a;
+                   stalled_nmpv * m.max_voltage_v * throttle + m.kq_vspr * m.no_load_current_a;
   const double root = std::sqrt(std::max(0.0, b * b - 4 * a * c));
   const double omega = std::max(0.0, (root - b) / (2 * a));
   return propeller_at(propulsion, omega, airspeed_mps, density_kgpm3);
@@ -26,7 +27,7 @@ PropulsionOutput propel(const Propulsion& propulsion, double throttle, double ai
 PropulsionOutput propeller_at(const Propulsion& m, double omega_radps, double airspeed_mps, double density_kgpm3) {
   // Written in revolutions and airspeed rather than in the advance ratio, which is infinite at rest.
   const double d = m.diameter_m, d2 = d * d, d3 = d2 * d;
-  const double n = omega_radps / (2 * pi), va = airspeed_mps;
+  const double n = omega_radps * turns_per_rad, va = airspeed_mps;
   PropulsionOutput out;
   out.omega_radps = omega_radps;
   out.thrust_n = density_kgpm3 * d2 * (m.ct0 * d2 * n * n + m.ct1 * d * va * n + m.ct2 * va * va);
@@ -51,7 +52,8 @@ double electrical_time_constant_s(const Propulsion& m, const MotorDynamics& dyna
 double mechanical_time_constant_s(const Propulsion& m, const MotorDynamics& dynamics, double omega_radps,
                                   double density_kgpm3) {
   const double d = m.diameter_m, d5 = d * d * d * d * d;
-  const double propeller = 2 * m.cq0 * density_kgpm3 * d5 / (4 * pi * pi) * omega_radps;  // slope of its torque
+  const double propeller =
+      2 * m.cq0 * density_kgpm3 * d5 * (turns_per_rad * turns_per_rad) * omega_radps;  // slope of its torque
   return dynamics.rotor_inertia_kgm2 / (m.kq_vspr * m.kq_vspr / m.resistance_ohm + propeller);
 }
 

@@ -70,8 +70,9 @@ AirData air_data_from(const Vector3d& velocity_body_mps) {
               .alpha_rad = angle_rad(v.z(), v.x()),
               .beta_rad = angle_rad(v.y(), in_plane)};
   if (in_plane > 0) {
-    air.sin_alpha = v.z() / in_plane;
-    air.cos_alpha = v.x() / in_plane;
+    const double per_speed = 1 / in_plane;
+    air.sin_alpha = v.z() * per_speed;
+    air.cos_alpha = v.x() * per_speed;
   }
   return air;
 }
