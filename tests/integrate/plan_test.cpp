@@ -109,6 +109,22 @@ TEST(ChooseScheme, AMotionThatNothingFliesIsSaid) {
   EXPECT_NE(plan.error().message.find("t = 0.9999"), std::string::npos) << plan.error().message;
 }
 
+TEST(ChooseScheme, AToleranceBelowRoundingIsSaidWithOneThatIsMet) {
+  // Errors that fall with steps down to three times the tolerance, as those do of a motion that rounding disturbs
+  const Trial trial{.interval_s = 1, .intervals = 10, .most_steps = 64};
+  const auto attempt = [&](double tolerance, const Scheme& scheme) {
+    Candidate one{.scheme = scheme};
+    one.cost = scheme.steps;
+    one.error = std::max(3.0, 40.0 / scheme.steps + (scheme.method == Method::DormandPrince ? 10 : 0)) / tolerance;
+    return one;
+  };
+  const auto plan = cheapest_scheme({}, trial, "", [&](const Scheme& s) { return attempt(1, s); });
+  ASSERT_FALSE(plan);
+  const std::string& said = plan.error().message;
+  ASSERT_NE(said.find("; one of 3.3 times as much is met by rk4 with 16 steps"), std::string::npos) << said;
+  EXPECT_TRUE(cheapest_scheme({}, trial, "", [&](const Scheme& s) { return attempt(3.3, s); }));
+}
+
 TEST(Integrator, EveryMethodFliesAnInterval) {
   const Vector4d start = Kepler::start(0.1);
   Vector4d exact = start;

@@ -85,6 +85,15 @@ std::string told(const std::vector<Candidate>& tried, int intervals) {
   return text;
 }
 
+/// What would be met; nothing where no scheme came to an end.
+std::string advice(const std::vector<Candidate>& tried) {
+  const Candidate* nearest = nullptr;
+  for (const Candidate& one : tried)
+    if (one.error && (!nearest || *one.error < *nearest->error)) nearest = &one;
+  if (!nearest) return "";
+  return fmt::format("; one of {:.2g} times as much is met by {}", 1.1 * *nearest->error, to_string(nearest->scheme));
+}
+
 }  // namespace
 
 std::string stiffness_told(const Plan& plan) {
@@ -123,7 +132,8 @@ Result<Plan> cheapest_scheme(Plan plan, const Trial& trial, const std::string& b
 
   plan.why = because + told(plan.tried, trial.intervals);
   const Candidate* best = cheapest();
-  if (!best) return fail(Error::Kind::Unsupported, "no scheme meets the tolerance: " + plan.why);
+  if (!best)
+    return fail(Error::Kind::Unsupported, "no scheme meets the tolerance" + advice(plan.tried) + ": " + plan.why);
   plan.chosen = *best;
   plan.scheme = best->scheme;
   return plan;
