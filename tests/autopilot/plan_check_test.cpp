@@ -117,5 +117,39 @@ TEST_F(PlanChecks, AWindFasterThanTheAirspeedLeavesNoHeadway) {
   EXPECT_NEAR(ground_speed_mps(25, 0, {7, 15}), 27, 1e-12);
 }
 
+TEST_F(PlanChecks, MotionThatIsKeptOverGroundIsHeldAgainstTheAirspeedAndTheClimbThatItTakes) {
+  limits.max_airspeed_mps = 15;
+  limits.max_climb_mps = 5;
+  // North at 10 m/s over ground for 20 s, in a turn that none of its bank is asked for; then a leg of item 1
+  const auto findings = [&](double climb_mps) {
+    std::vector<PlannedPoint> points(
+        20, {.height_m = 100, .curve_per_m = 0.2, .length_m = 10, .kept = KeptMotion{10, climb_mps, 0, 1}});
+    points.push_back({.height_m = 30, .item = 1, .kept = KeptMotion{0, -9, 0, 5}});
+    PlanCheck check = check_plan(points, limits, [&](const PlannedPoint& p) -> Result<PlanSurroundings> {
+                        return PlanSurroundings{wind, p.height_m};
+                      }).value();
+    EXPECT_DOUBLE_EQ(check.seconds, 25);
+    return check.findings;
+  };
+  EXPECT_TRUE(findings(4).empty()) << "and descents are no climbs";
+  wind = {-3.1, 0};
+  EXPECT_TRUE(findings(0).empty()) << "13.1 m/s, short of seven eighths of 15";
+  wind = {-3.2, 0};
+  ASSERT_EQ(findings(0).size(), 1u);
+  EXPECT_FALSE(findings(0)[0].impossible);
+  wind = {0, 11.2};
+  ASSERT_EQ(findings(0).size(), 1u) << "15.01 m/s across; and 11.2 where it hovers";
+  EXPECT_TRUE(findings(0)[0].impossible);
+  EXPECT_NE(findings(0)[0].message.find("take an airspeed of 15.0 m/s in a wind of 11.2"), std::string::npos)
+      << findings(0)[0].message;
+  wind = {6, 0};
+  EXPECT_TRUE(findings(0).empty()) << "behind";
+  ASSERT_EQ(findings(5.1).size(), 1u);
+  EXPECT_TRUE(findings(5.1)[0].impossible);
+  EXPECT_NE(findings(5.1)[0].message.find("climb of 5.1 m/s; the vehicle's limit is 5.0 m/s"), std::string::npos)
+      << findings(5.1)[0].message;
+  EXPECT_FALSE(findings(4.9).at(0).impossible);
+}
+
 }  // namespace
 }  // namespace nadir::sim

@@ -158,6 +158,25 @@ class TakeoffAndLanding : public testing::Test {
   }
 };
 
+TEST(GroundRollGainsOfAGear, TakeItsWheelbase) {
+  EXPECT_NEAR(ground_roll_gains(*fixed_wing_model("aerosonde")->gear).wheelbase_m, 0.5 + 0.07, 1e-12);
+  EXPECT_NEAR(ground_roll_gains(*fixed_wing_model("anaconda")->gear).wheelbase_m, 0.35 + 0.06, 1e-12);
+  const auto wheel = [](double forward_m, double steering) {
+    return ContactPoint{.name = "wheel",
+                        .kind = ContactPoint::Kind::Wheel,
+                        .body_m = {forward_m, 0, 0.2},
+                        .stiffness_npm = 1000,
+                        .steering = steering};
+  };
+  // A tail wheel, steered the other way; front and rear wheels steered against each other: half of their distance
+  EXPECT_NEAR(
+      ground_roll_gains(ContactGear::create({wheel(0.1, 0), wheel(0.1, 0), wheel(-0.8, -1)}).value()).wheelbase_m, 0.9,
+      1e-12);
+  EXPECT_NEAR(ground_roll_gains(ContactGear::create({wheel(0.5, 1), wheel(-0.5, -1)}).value()).wheelbase_m, 0.5, 1e-12);
+  EXPECT_EQ(ground_roll_gains(ContactGear::create({wheel(0.5, 0), wheel(-0.5, 0)}).value()).wheelbase_m,
+            GroundRollGains{}.wheelbase_m);
+}
+
 TEST_F(TakeoffAndLanding, InStillAir) {
   const Measured m = fly({0, 0, 0});
   EXPECT_NEAR(m.lift_off_m, 44, 3);

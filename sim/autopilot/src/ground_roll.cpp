@@ -12,6 +12,24 @@ double turn_to(double to_rad, double from_rad) { return std::remainder(to_rad - 
 
 }  // namespace
 
+GroundRollGains ground_roll_gains(const ContactGear& gear) {
+  double wheels = 0, mean_m = 0, mean_share = 0;
+  const auto each_wheel = [&](const auto& take) {
+    for (const ContactPoint& point : gear.points())
+      if (point.kind == ContactPoint::Kind::Wheel) take(point.body_m.x(), point.steering);
+  };
+  each_wheel([&](double x_m, double share) { wheels += 1, mean_m += x_m, mean_share += share; });
+  mean_m /= std::max(wheels, 1.0), mean_share /= std::max(wheels, 1.0);
+  double spread_m2 = 0, together_m = 0;
+  each_wheel([&](double x_m, double share) {
+    spread_m2 += (x_m - mean_m) * (x_m - mean_m);
+    together_m += (x_m - mean_m) * (share - mean_share);
+  });
+  GroundRollGains gains;
+  if (together_m > 0) gains.wheelbase_m = spread_m2 / together_m;
+  return gains;
+}
+
 double Runway::right_m(const Navigation& now) const {
   const Eigen::Vector2d off = Eigen::Vector2d(now.north_m, now.east_m) - from;
   return along().x() * off.y() - along().y() * off.x();

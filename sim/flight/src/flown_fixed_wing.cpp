@@ -39,8 +39,9 @@ class FlownFixedWing final : public FlownVehicle {
       if (standing_m_ > 0)
         for (const char* name : {"wheels_on_ground", "ground_force_n", "steering_deg", "brake"})
           channels_.push_back(name);
-      if (setup.takeoff) takeoff_.emplace(*setup.takeoff, gains.autopilot);
-      if (setup.landing) landing_.emplace(*setup.landing, approach->forward, approach->gains.autopilot);
+      const GroundRollGains roll = ground_roll_gains(ground_->gear());
+      if (setup.takeoff) takeoff_.emplace(*setup.takeoff, gains.autopilot, roll);
+      if (setup.landing) landing_.emplace(*setup.landing, approach->forward, approach->gains.autopilot, roll);
       start_low(setup);
     }
     before_ = state_;

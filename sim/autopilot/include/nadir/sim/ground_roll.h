@@ -35,10 +35,14 @@ struct GroundRollGains {
   double line_per_m = 0.05;         // heading per metre off the line
   double most_intercept_rad = 0.3;  // towards it
   double heading_per_s = 1.5;       // turn per heading
-  double wheelbase_m = 0.57;
+  double wheelbase_m = 0.57;        // over the difference in steering of its ends
   double most_steering_rad = 0.35;
   double rudder_per_heading = 3, rudder_per_rate = 0.2;
 };
+
+/// With the wheelbase of a gear: of its wheels' places along the vehicle, the straight line through their shares of
+/// steering. As the default where none is steered.
+GroundRollGains ground_roll_gains(const ContactGear& gear);
 
 /// Heading along the line by nose wheel and rudder, wings level by ailerons, nose at `pitch_rad` by the elevator;
 /// throttle and brake are left alone. Nothing is divided by a speed below 3 m/s.
