@@ -14,8 +14,8 @@ namespace {
 
 constexpr Colour ground{18, 21, 26}, bright{240, 243, 247}, dim{165, 174, 186}, dark{8, 10, 13}, white{255, 255, 255};
 constexpr Colour start_green{61, 220, 132}, end_red{255, 82, 82}, plan_yellow{255, 224, 102};
-constexpr int margin = 20, title_height = 56, title_size = 22, label_size = 14, footer_margin = 18, footer_size = 12,
-              footer_line = 16;
+constexpr int margin = 20, title_height = 56, title_size = 22, least_title_size = 14, label_size = 14,
+              footer_margin = 18, footer_size = 12, footer_line = 16;
 constexpr double line_width = 2, halo_width = 6, halo_opacity = 0.5;
 
 /// Colour of the ramp at 0 (first) to 1 (last): all bright, since fields, water and roofs are dark or dull.
@@ -230,8 +230,11 @@ DrawnMap draw(const FootprintMap& map) {
   draw_scale(overlay, map.metres_per_pixel);
 
   const int taken = draw_legend(picture, typeface, map);
-  const std::string title = typeface.fitted(map.title, title_size, picture.box().width - 2 * margin - taken);
-  picture.paint(typeface.text(title, title_size, margin, title_height / 2 + title_size * 3 / 8), bright);
+  const int room = picture.box().width - 2 * margin - taken;
+  int size = title_size;
+  while (size > least_title_size && typeface.width_px(map.title, size) > room) --size;
+  picture.paint(typeface.text(typeface.fitted(map.title, size, room), size, margin, title_height / 2 + size * 3 / 8),
+                bright);
   int baseline = area.y + area.height + footer_margin / 2 + footer_size;
   for (const std::string& words : attribution) {  // all of it: licences ask for the whole
     picture.paint(typeface.text(words, footer_size, margin, baseline), dim);
